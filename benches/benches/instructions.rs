@@ -42,7 +42,7 @@ const KERNELS: [(&str, Mesh); 16] = [
     ("imex-euler:solver=cholesky", Mesh::Grid),
     ("imex-updated", Mesh::Grid),
     ("baraff-witkin", Mesh::Grid),
-    ("backward-euler:residual=1e-3", Mesh::Grid),
+    ("backward-euler:residual=1e-3,solver=cholesky", Mesh::Grid),
     ("xpbd:substeps=4", Mesh::Grid),
     ("xpbd:substeps=4", Mesh::General),
     ("xpbd:substeps=4,sweep=coloured", Mesh::Grid),

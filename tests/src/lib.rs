@@ -39,7 +39,7 @@ pub const METHODS: [&str; 90] = [
     "bdf2:tolerance=0.01",
     "bdf2:steps=3",
     "bdf2:max_iterations=1,solver=cg,safeguard=work",
-    "backward-euler:solver=auto",
+    "backward-euler:solver=cholesky",
     "terzopoulos-fleischer",
     "terzopoulos-fleischer:clamp=true",
     "baraff-witkin",

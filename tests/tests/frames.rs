@@ -213,8 +213,11 @@ const SOLVES: [(&str, &str); 10] = [
     ("imex-sbdf2", "imex-sbdf2:solver=cholesky"),
     ("imex-updated", "imex-updated:forcing_term=1e-9"),
     ("imex-updated:safeguard=paper", "imex-updated:safeguard=paper,forcing_term=1e-9"),
-    ("backward-euler:solver=cg,forcing=eisenstat-walker", "backward-euler:residual=1e-12"),
-    ("bdf2:jacobian=saved,solver=cg", "bdf2:residual=1e-12"),
+    (
+        "backward-euler:solver=cg,forcing=eisenstat-walker",
+        "backward-euler:residual=1e-12,solver=cholesky",
+    ),
+    ("bdf2:jacobian=saved,solver=cg", "bdf2:residual=1e-12,solver=cholesky"),
 ];
 
 /// Largest distance after half a second between a form and its exact solve, m.

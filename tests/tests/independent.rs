@@ -59,25 +59,25 @@ const ROTOR: [(&str, [f64; 5]); 15] = {
     const EULER: [f64; 5] =
         [0.962_422_684, 1.961_709_49, 0.962_425_268_4, 1.961_647_1, 0.926_348_48];
     [
-        ("backward-euler:residual=1e-16", EULER),
+        ("backward-euler:residual=1e-16,solver=cholesky", EULER),
         (
             "baraff-witkin:solver=cholesky",
             [0.945_243_456_3, 1.943_012_94, 0.444_740_652_8, 1.232_693_6, 0.198_189_95],
         ),
         (
-            "bdf2:residual=1e-16",
+            "bdf2:residual=1e-16,solver=cholesky",
             [0.999_992_226_5, 1.999_729_44, 0.999_992_225, 1.999_729_42, 0.999_984_45],
         ),
         (
-            "midpoint:residual=1e-16",
+            "midpoint:residual=1e-16,solver=cholesky",
             [1.0, 1.999_731_52, 1.000_000_003_7, 1.999_730_83, 1.001_441_72],
         ),
         (
-            "generalized-alpha:residual=1e-16",
+            "generalized-alpha:residual=1e-16,solver=cholesky",
             [0.999_977_200_6, 1.999_866_47, 0.999_977_199_6, 1.999_866_41, 0.999_954_4],
         ),
         (
-            "dirk:residual=1e-16",
+            "dirk:residual=1e-16,solver=cholesky",
             [0.999_999_880_3, 1.999_967_53, 0.999_999_768, 1.999_967_42, 0.999_999_54],
         ),
         ("leapfrog", [1.0, 2.000_133_2, NONE, NONE, NONE]),
@@ -97,11 +97,11 @@ const ROTOR: [(&str, [f64; 5]); 15] = {
 };
 
 const ROTOR_CORRECTIONS: &[Correction] = &[
-    ("bdf2:residual=1e-16", "spin, θ = 1", 0.999_443_123_4, START),
-    ("bdf2:residual=1e-16", "angle, θ = 1", 1.998_642_62, START),
-    ("bdf2:residual=1e-16", "spin, θ = 100", 0.999_491_971_8, START),
-    ("bdf2:residual=1e-16", "angle, θ = 100", 1.998_739_74, START),
-    ("bdf2:residual=1e-16", "energy, θ = 100", 0.998_984_21, START),
+    ("bdf2:residual=1e-16,solver=cholesky", "spin, θ = 1", 0.999_443_123_4, START),
+    ("bdf2:residual=1e-16,solver=cholesky", "angle, θ = 1", 1.998_642_62, START),
+    ("bdf2:residual=1e-16,solver=cholesky", "spin, θ = 100", 0.999_491_971_8, START),
+    ("bdf2:residual=1e-16,solver=cholesky", "angle, θ = 100", 1.998_739_74, START),
+    ("bdf2:residual=1e-16,solver=cholesky", "energy, θ = 100", 0.998_984_21, START),
 ];
 
 #[test]
@@ -144,22 +144,22 @@ const LATER: [&str; 13] = [
 
 /// Relative errors after 20 and 160 steps of a smooth motion of 6 × 6 particles.
 const SMOOTH: [(&str, [f64; 2]); 30] = [
-    ("backward-euler:residual=1e-12", [4.4903e-2, 5.7195e-3]),
-    ("bdf2:residual=1e-13", [1.6808e-3, 3.1448e-5]),
-    ("midpoint:residual=1e-13", [3.8582e-4, 6.1207e-6]),
-    ("generalized-alpha:rho_inf=1,residual=1e-13", [5.0539e-4, 7.9725e-6]),
-    ("generalized-alpha:rho_inf=0.8,residual=1e-13", [5.3414e-4, 8.4353e-6]),
-    ("generalized-alpha:rho_inf=0,residual=1e-13", [2.3081e-3, 4.4967e-5]),
+    ("backward-euler:residual=1e-12,solver=cholesky", [4.4903e-2, 5.7195e-3]),
+    ("bdf2:residual=1e-13,solver=cholesky", [1.6808e-3, 3.1448e-5]),
+    ("midpoint:residual=1e-13,solver=cholesky", [3.8582e-4, 6.1207e-6]),
+    ("generalized-alpha:rho_inf=1,residual=1e-13,solver=cholesky", [5.0539e-4, 7.9725e-6]),
+    ("generalized-alpha:rho_inf=0.8,residual=1e-13,solver=cholesky", [5.3414e-4, 8.4353e-6]),
+    ("generalized-alpha:rho_inf=0,residual=1e-13,solver=cholesky", [2.3081e-3, 4.4967e-5]),
     // α = 0.1
     (
-        "generalized-alpha:family=hht,rho_inf=0.8181818181818182,residual=1e-13",
+        "generalized-alpha:family=hht,rho_inf=0.8181818181818182,residual=1e-13,solver=cholesky",
         [6.2887e-4, 1.0055e-5],
     ),
-    ("dirk:residual=1e-13", [2.4493e-4, 3.8667e-6]),
-    ("dirk:tableau=sdirk2,residual=1e-13", [2.1111e-4, 3.3345e-6]),
-    ("dirk:tableau=sdirk3", [3.9405e-5, 8.8890e-8]),
-    ("dirk:tableau=esdirk3", [3.9337e-5, 8.8379e-8]),
-    ("dirk:tableau=sdirk4", [7.7509e-7, 2.0027e-10]),
+    ("dirk:residual=1e-13,solver=cholesky", [2.4493e-4, 3.8667e-6]),
+    ("dirk:tableau=sdirk2,residual=1e-13,solver=cholesky", [2.1111e-4, 3.3345e-6]),
+    ("dirk:tableau=sdirk3,solver=cholesky", [3.9405e-5, 8.8890e-8]),
+    ("dirk:tableau=esdirk3,solver=cholesky", [3.9337e-5, 8.8379e-8]),
+    ("dirk:tableau=sdirk4,solver=cholesky", [7.7509e-7, 2.0027e-10]),
     ("rosenbrock", [2.9750e-4, 4.7813e-6]),
     ("rosenbrock:tableau=ros3p", [1.2041e-4, 3.0060e-7]),
     ("rosenbrock:tableau=rodas3", [3.4409e-5, 7.4106e-8]),
@@ -181,9 +181,9 @@ const SMOOTH: [(&str, [f64; 2]); 30] = [
 ];
 
 const SMOOTH_CORRECTIONS: &[Correction] = &[
-    ("bdf2:residual=1e-13", "20 steps", 3.3840e-3, START),
-    ("bdf2:residual=1e-13", "160 steps", 5.3923e-5, START),
-    ("dirk:tableau=sdirk4", "160 steps", 1.9086e-10, SOLVER),
+    ("bdf2:residual=1e-13,solver=cholesky", "20 steps", 3.3840e-3, START),
+    ("bdf2:residual=1e-13,solver=cholesky", "160 steps", 5.3923e-5, START),
+    ("dirk:tableau=sdirk4,solver=cholesky", "160 steps", 1.9086e-10, SOLVER),
     ("multirate", "20 steps", 7.7623e-5, KICKS),
     ("multirate", "160 steps", 1.2102e-6, KICKS),
     ("xpbd:substeps=10", "20 steps", 4.6019e-3, DAMPING),
@@ -216,19 +216,31 @@ fn errors_on_a_smooth_motion_are_those_of_the_program() {
 /// The sheet of 20 × 20 particles after 0.3 s, d/m = 40/s: relative errors at k/m = 1e4, h = 0.01
 /// s and at k/m = 1e6, h = 0.01 and 0.0025 s.
 const HANGING: [(&str, [f64; 3]); 31] = [
-    ("backward-euler:residual=1e-11", [2.7942e-2, 2.1305e-2, 5.7502e-3]),
+    ("backward-euler:residual=1e-11,solver=cholesky", [2.7942e-2, 2.1305e-2, 5.7502e-3]),
     ("baraff-witkin:solver=cholesky", [2.8050e-2, 2.1869e-2, 6.0840e-3]),
-    ("bdf2:residual=1e-11", [7.9846e-4, 2.7050e-3, 1.6867e-4]),
-    ("midpoint:residual=1e-11", [1.1174e-4, 6.9023e-4, 4.2850e-5]),
-    ("generalized-alpha:rho_inf=1,residual=1e-11", [2.1526e-4, 6.7424e-4, 4.2067e-5]),
-    ("generalized-alpha:rho_inf=0.8,residual=1e-11", [2.2717e-4, 7.1188e-4, 4.4392e-5]),
-    ("generalized-alpha:rho_inf=0.5,residual=1e-11", [3.1957e-4, 1.0137e-3, 6.3012e-5]),
-    ("generalized-alpha:rho_inf=0,residual=1e-11", [1.0739e-3, 3.6858e-3, 2.3142e-4]),
-    ("dirk:residual=1e-11", [1.0411e-4, 3.2901e-4, 2.0429e-5]),
-    ("dirk:tableau=sdirk2,residual=1e-11", [7.4107e-5, 3.7534e-4, 2.1061e-5]),
-    ("dirk:tableau=sdirk3", [7.9781e-6, 3.5676e-4, 1.2559e-5]),
-    ("dirk:tableau=esdirk3", [6.9425e-6, 6.2307e-5, 1.0779e-6]),
-    ("dirk:tableau=sdirk4", [1.8947e-7, 3.1823e-5, 3.8398e-7]),
+    ("bdf2:residual=1e-11,solver=cholesky", [7.9846e-4, 2.7050e-3, 1.6867e-4]),
+    ("midpoint:residual=1e-11,solver=cholesky", [1.1174e-4, 6.9023e-4, 4.2850e-5]),
+    (
+        "generalized-alpha:rho_inf=1,residual=1e-11,solver=cholesky",
+        [2.1526e-4, 6.7424e-4, 4.2067e-5],
+    ),
+    (
+        "generalized-alpha:rho_inf=0.8,residual=1e-11,solver=cholesky",
+        [2.2717e-4, 7.1188e-4, 4.4392e-5],
+    ),
+    (
+        "generalized-alpha:rho_inf=0.5,residual=1e-11,solver=cholesky",
+        [3.1957e-4, 1.0137e-3, 6.3012e-5],
+    ),
+    (
+        "generalized-alpha:rho_inf=0,residual=1e-11,solver=cholesky",
+        [1.0739e-3, 3.6858e-3, 2.3142e-4],
+    ),
+    ("dirk:residual=1e-11,solver=cholesky", [1.0411e-4, 3.2901e-4, 2.0429e-5]),
+    ("dirk:tableau=sdirk2,residual=1e-11,solver=cholesky", [7.4107e-5, 3.7534e-4, 2.1061e-5]),
+    ("dirk:tableau=sdirk3,solver=cholesky", [7.9781e-6, 3.5676e-4, 1.2559e-5]),
+    ("dirk:tableau=esdirk3,solver=cholesky", [6.9425e-6, 6.2307e-5, 1.0779e-6]),
+    ("dirk:tableau=sdirk4,solver=cholesky", [1.8947e-7, 3.1823e-5, 3.8398e-7]),
     ("rosenbrock", [1.4919e-4, 2.5007e-3, 3.9438e-5]),
     ("rosenbrock:tableau=ros3p", [2.3515e-5, 2.0818e-3, 6.0464e-6]),
     ("rosenbrock:tableau=rodas3", [7.5429e-6, 1.2153e-3, 7.4945e-6]),
@@ -250,11 +262,11 @@ const HANGING: [(&str, [f64; 3]); 31] = [
 ];
 
 const HANGING_CORRECTIONS: &[Correction] = &[
-    ("bdf2:residual=1e-11", "1e4, 0.01", 1.3310e-3, START),
-    ("bdf2:residual=1e-11", "1e6, 0.01", 1.8502e-3, START),
-    ("bdf2:residual=1e-11", "1e6, 0.0025", 1.1015e-4, START),
-    ("dirk:tableau=sdirk4", "1e4, 0.01", 1.6735e-7, SOLVER),
-    ("dirk:tableau=sdirk4", "1e6, 0.0025", 1.8731e-7, SOLVER),
+    ("bdf2:residual=1e-11,solver=cholesky", "1e4, 0.01", 1.3310e-3, START),
+    ("bdf2:residual=1e-11,solver=cholesky", "1e6, 0.01", 1.8502e-3, START),
+    ("bdf2:residual=1e-11,solver=cholesky", "1e6, 0.0025", 1.1015e-4, START),
+    ("dirk:tableau=sdirk4,solver=cholesky", "1e4, 0.01", 1.6735e-7, SOLVER),
+    ("dirk:tableau=sdirk4,solver=cholesky", "1e6, 0.0025", 1.8731e-7, SOLVER),
     ("xpbd:substeps=1,iterations=10", "1e4, 0.01", 2.8105e-2, DAMPING),
     ("xpbd:substeps=1,iterations=10", "1e6, 0.01", 1.2245e-1, DAMPING),
     ("xpbd:substeps=1,iterations=10", "1e6, 0.0025", 7.6737e-3, DAMPING),
@@ -301,9 +313,9 @@ const ENERGY: [(&str, f64); 29] = [
     ("generalized-alpha:rho_inf=0", -1.257),
     ("dirk", -1.259),
     ("dirk:tableau=sdirk2", -1.26),
-    ("dirk:tableau=sdirk3", -1.265),
-    ("dirk:tableau=sdirk4", -1.259),
-    ("dirk:tableau=esdirk3", -1.259),
+    ("dirk:tableau=sdirk3,solver=cholesky", -1.265),
+    ("dirk:tableau=sdirk4,solver=cholesky", -1.259),
+    ("dirk:tableau=esdirk3,solver=cholesky", -1.259),
     ("rosenbrock", -1.292),
     ("rosenbrock:tableau=ros3p", -1.29),
     ("rosenbrock:tableau=rodas4", -1.259),
@@ -507,7 +519,7 @@ fn solvers_of_backward_euler_come_as_near_to_newtons_minimum_as_the_program_says
             run.step();
             run.state.x
         };
-        let minimum = after("backward-euler:residual=1e-16,max_iterations=1000");
+        let minimum = after("backward-euler:residual=1e-16,max_iterations=1000,solver=cholesky");
         let distance = |x: &[Vec3]| {
             x.iter().zip(&minimum).map(|(a, b)| (a - b).norm_squared()).sum::<f64>().sqrt()
         };

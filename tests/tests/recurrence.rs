@@ -227,8 +227,18 @@ fn rows() -> Vec<Row> {
         one_step!("provot:limit=10", recurrence::symplectic_euler, EXACT, Reduced),
         one_step!("leapfrog:solver=cholesky", recurrence::leapfrog, EXACT, Reduced),
         one_step!("leapfrog:solver=cg", recurrence::leapfrog, ITERATIVE, Reduced),
-        one_step!("backward-euler:residual=1e-16", recurrence::backward_euler, ITERATIVE, Reduced),
-        one_step!("bdf2:steps=1,residual=1e-16", recurrence::backward_euler, ITERATIVE, Reduced),
+        one_step!(
+            "backward-euler:residual=1e-16,solver=cholesky",
+            recurrence::backward_euler,
+            ITERATIVE,
+            Reduced
+        ),
+        one_step!(
+            "bdf2:steps=1,residual=1e-16,solver=cholesky",
+            recurrence::backward_euler,
+            ITERATIVE,
+            Reduced
+        ),
         row("baraff-witkin:solver=cholesky", CANCELLING, Clamped, imex),
         row("baraff-witkin:forcing_term=1e-14", ITERATIVE, Clamped, imex),
         row("baraff-witkin:hessian=raw,solver=cholesky", CANCELLING, Reduced, imex),
@@ -279,14 +289,21 @@ fn rows() -> Vec<Row> {
         ),
         row("adams-bashforth2", EXACT, Reduced, |e, s| adams(2, e, s)).keeping(0.5, 2.0),
         row("adams-bashforth2:steps=3", EXACT, Reduced, |e, s| adams(3, e, s)).keeping(0.5, 2.0),
-        row("bdf2:residual=1e-16", ITERATIVE, Reduced, |e, s| bdf(2, e, s)).keeping(0.5, 2.0),
-        row("bdf2:steps=3,residual=1e-16", ITERATIVE, Unknown, bdf3).keeping(0.5, 1.5),
-        one_step!("midpoint:residual=1e-16", recurrence::implicit_midpoint, ITERATIVE, Unknown),
-        one_step!("dirk:residual=1e-16", tr_bdf2, ITERATIVE, Unknown),
-        one_step!("dirk:tableau=sdirk4,residual=1e-16", sdirk4, ITERATIVE, Unknown),
+        row("bdf2:residual=1e-16,solver=cholesky", ITERATIVE, Reduced, |e, s| bdf(2, e, s))
+            .keeping(0.5, 2.0),
+        row("bdf2:steps=3,residual=1e-16,solver=cholesky", ITERATIVE, Unknown, bdf3)
+            .keeping(0.5, 1.5),
+        one_step!(
+            "midpoint:residual=1e-16,solver=cholesky",
+            recurrence::implicit_midpoint,
+            ITERATIVE,
+            Unknown
+        ),
+        one_step!("dirk:residual=1e-16,solver=cholesky", tr_bdf2, ITERATIVE, Unknown),
+        one_step!("dirk:tableau=sdirk4,residual=1e-16,solver=cholesky", sdirk4, ITERATIVE, Unknown),
         // The other members carry an acceleration, a third unknown: see their own tests.
         one_step!(
-            "generalized-alpha:family=newmark,rho_inf=1,residual=1e-16",
+            "generalized-alpha:family=newmark,rho_inf=1,residual=1e-16,solver=cholesky",
             recurrence::implicit_midpoint,
             ITERATIVE,
             Unknown

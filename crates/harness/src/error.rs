@@ -63,6 +63,9 @@ pub enum HarnessError {
     /// Cells are missing that this process may not compute.
     #[error("cells are missing that belong to other shards; `drape merge` joins shards")]
     Elsewhere,
+    /// The time of a long study ended within a run.
+    #[error("the time that --minutes gives is over")]
+    Late,
     /// A folder holds no part of what is merged.
     #[error("{}: {found}; expected {expected}", path.display())]
     Part {

@@ -278,7 +278,7 @@ pub struct Journal {
     scope: Scope,
     /// What the process may not compute and the journal does not hold.
     missing: Mutex<Vec<Missing>>,
-    /// When no cell of a long study is begun any more.
+    /// When no cell of a long study is computed any more.
     until: Option<Instant>,
     /// Shards that are done, each with the number of cells that the journal had then.
     shards: Vec<(String, usize)>,
@@ -371,13 +371,18 @@ impl Journal {
         Self { scope: Scope::Shard(shard), ..self }
     }
 
-    /// Begins no cell of a long study after that time.
+    /// Computes no cell of a long study after that time.
     #[must_use]
     pub fn until(self, until: Option<Instant>) -> Self {
         Self { until, ..self }
     }
 
-    /// Whether no cell of a long study is begun any more.
+    /// The time after which no cell of a long study is computed.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.until
+    }
+
+    /// Whether that time has come.
     pub(crate) fn is_late(&self) -> bool {
         self.until.is_some_and(|until| Instant::now() >= until)
     }

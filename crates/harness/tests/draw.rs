@@ -246,6 +246,12 @@ fn figures_name_axes_units_and_every_curve() {
     expect("work-precision-size.svg", &["1600 particles, material fixed, k/m = 40000 s⁻²"]);
     expect("work-precision-map.svg", &["hanging, light damping, 10 %", "leapfrog +1"]);
     expect("work-precision-map.svg", &["stiffness limits the step (explicit)", "imex-updated"]);
+    expect("trajectory-map.svg", &["d/m = 10 s⁻¹, 10 %", "ζ = 1, 0.1 %", "noise"]);
+    expect("trajectory-map.svg", &["k/m = 10⁸ s⁻²", "a tie of both kinds"]);
+    expect("trajectory-noise.svg", &["half of 1 %", "d/m = 10 s⁻¹", "ζ = 1"]);
+    expect("trajectory-front.svg", &[front, effort, "noise", "k/m = 10⁸ s⁻², ζ = 1"]);
+    expect("trajectory-errors.svg", &["Trajectory", "Shape", "Stretch", "Energy", "Motion kept"]);
+    expect("trajectory-errors.svg", &["distance of surfaces (mm)", "motion kept R", "noise"]);
     let models = drape_harness::studies::fabric::facts::Model::ALL.map(|model| model.name());
     for file in ["fabric-master-curve.svg", "fabric-convergence.svg"] {
         expect(file, &models);

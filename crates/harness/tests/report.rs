@@ -132,6 +132,24 @@ fn every_claim_points_at_a_figure_of_the_results() {
 }
 
 #[test]
+fn the_five_uses_stand_beside_the_answer_where_their_records_are_there() {
+    let rows = |results: &Path| -> Vec<String> {
+        let page = report(results);
+        let document = Html::parse_document(&page);
+        all(&document, "#answer tbody tr").into_iter().map(text).collect()
+    };
+    let shown = rows(common::copy_of_committed().path());
+    let uses = drape_harness::studies::uses::all_uses(common::committed()).unwrap();
+    assert_eq!(shown.len(), uses.len());
+    for (row, (what, (take, why))) in shown.iter().zip(uses) {
+        for said in [what, &take, &why] {
+            assert!(row.contains(&said.replace('`', "")), "{said}: {row}");
+        }
+    }
+    assert!(rows(common::complete().path()).is_empty(), "no scene runs at the rate of a film");
+}
+
+#[test]
 fn the_answer_stands_first_and_the_provenance_last() {
     let page = report(common::complete().path());
     let document = Html::parse_document(&page);

@@ -72,6 +72,7 @@ const SAFEGUARD: f64 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub struct Forcing {
     rule: ForcingRule,
+    greatest: f64,
     /// Norm of the last residual, and its term.
     last: Option<(f64, f64)>,
 }
@@ -79,7 +80,12 @@ pub struct Forcing {
 impl Forcing {
     /// Begins an outer iteration.
     pub fn new(rule: ForcingRule) -> Self {
-        Self { rule, last: None }
+        Self::at_most(rule, GREATEST)
+    }
+
+    /// As [`new`](Self::new) with another first and greatest term than 0.5.
+    pub(crate) fn at_most(rule: ForcingRule, greatest: f64) -> Self {
+        Self { rule, greatest, last: None }
     }
 
     /// The term for a residual of this norm; the outer iteration ends at `goal`, in the same unit.
@@ -87,7 +93,7 @@ impl Forcing {
     pub fn next(&mut self, norm: f64, goal: f64) -> f64 {
         let term = match (self.rule, self.last) {
             (ForcingRule::Constant(term), _) => return term,
-            (ForcingRule::EisenstatWalker, None) => GREATEST,
+            (ForcingRule::EisenstatWalker, None) => self.greatest,
             (ForcingRule::EisenstatWalker, Some((last_norm, last_term))) => {
                 let ratio = norm / last_norm;
                 let term = GAMMA * ratio * ratio;
@@ -96,7 +102,7 @@ impl Forcing {
             }
         };
         let least = if norm > 0.0 { 0.5 * goal / norm } else { GREATEST };
-        let term = term.max(least).min(GREATEST);
+        let term = term.min(self.greatest).max(least).min(GREATEST);
         self.last = Some((norm, term));
         term
     }

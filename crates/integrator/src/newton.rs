@@ -2,8 +2,7 @@
 
 use crate::newton_linear::NewtonMatrix;
 use crate::{
-    Forcing, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard,
-    StepError,
+    IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard, StepError,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::dot};
@@ -152,7 +151,7 @@ impl Newton {
         let mut last_residual = f64::INFINITY;
         let NewtonLinear { jacobian, solver } = self.linear;
         let most_iterations = settings.safeguard.most_iterations(settings.max_iterations);
-        let mut forcing = Forcing::new(solver.forcing());
+        let mut forcing = self.matrix.forcing(solver, potential);
         self.matrix.begin();
         let mut is_known = false;
         loop {

@@ -2,14 +2,14 @@
 //! gradients.
 
 use crate::{
-    Declared, Declares, ForcingRule, IncrementalPotential, Linearisation, NewtonReport,
+    Declared, Declares, Forcing, ForcingRule, IncrementalPotential, Linearisation, NewtonReport,
     PrepareError, Setting, Settings, StepError, Tau, Word, declare,
 };
 use drape_model::{Revisions, System, Tangent, Vec3};
 use drape_solvers::{
     BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Filter, Multigrid, Norm,
-    PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SolveStatus, SolverError,
-    filtered_pcg,
+    PcgSettings, PcgWorkspace, Preconditioner, Reference, ScalarMatrix, SinglePcg, SolveStatus,
+    SolverError, filtered_pcg,
 };
 use std::cell::RefCell;
 
@@ -35,20 +35,17 @@ pub enum NewtonSolver {
     /// effects. Nothing is saved.
     Multigrid(ForcingRule),
     /// The faster of the two, by the stiffness of the stage: conjugate gradients with the diagonal
-    /// blocks up to a [limit](NewtonSolver::picks_multigrid), multigrid above. The tolerance is
-    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). The line search judges a step
-    /// by gradients, which cost a fraction of energies, and the start is the candidate with the
-    /// least residual.
+    /// blocks up to a limit of the greatest `τ_x τ_v k/m`, multigrid above. The tolerance is
+    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). From 1000
+    /// particles on, conjugate gradients on regular grids run in [single precision](SinglePcg),
+    /// since Newton's method judges what they find by the residual, and multigrid keeps its coarse
+    /// matrices while they serve, within a stage. The
+    /// line search judges a step by gradients, which cost a fraction of energies, and the start is
+    /// the candidate with the least residual.
     Auto,
 }
 
 impl NewtonSolver {
-    /// Whether [`Auto`](Self::Auto) solves a stage by multigrid. `stiffness` is the greatest
-    /// `τ_x τ_v k/m` of the stage, where `k` sums the stiffnesses of all effects on a particle.
-    pub fn picks_multigrid(stiffness: f64) -> bool {
-        stiffness > STIFF
-    }
-
     /// The forcing rule of conjugate gradients; 0 for Cholesky.
     pub(crate) fn forcing(self) -> ForcingRule {
         match self {
@@ -94,16 +91,16 @@ impl Word for SolverWord {
 const JACOBIAN: Declared<Jacobian> = declare!(
     jacobian: Jacobian [Fresh, Saved] = Fresh,
     "factorise the Hessian in each Newton iteration, or keep the factor over iterations and steps \
-     while it serves (solver=multigrid and auto keep nothing)"
+     while it serves (solver=multigrid keeps nothing)"
 );
 
 const SOLVER: Declared<SolverWord> = declare!(
-    solver: SolverWord [Cholesky, Cg, Multigrid, Auto] = Cholesky,
+    solver: SolverWord [Cholesky, Cg, Multigrid, Auto] = Auto,
     "solve Newton's linear systems by sparse Cholesky, or by CG on the Hessian, preconditioned by \
      its diagonal blocks (jacobian=fresh) or by the kept factor (jacobian=saved), or by CG \
      preconditioned by multigrid on the Hessian; auto: by CG with diagonal blocks where h²k/m \
      is small, by multigrid where it is large, with forcing=eisenstat-walker and a line search \
-     by gradients"
+     by gradients; with jacobian=saved by the kept factor"
 );
 
 impl Declares for NewtonLinear {
@@ -117,23 +114,28 @@ impl Declares for NewtonLinear {
     fn read(settings: &Settings) -> Self {
         let term = ForcingRule::CG_TOLERANCE.read(settings);
         let rule = ForcingRule::new(ForcingRule::FORCING.read(settings), term);
+        let jacobian = JACOBIAN.read(settings);
         let solver = match SOLVER.read(settings) {
             SolverWord::Cholesky => NewtonSolver::Cholesky,
             SolverWord::Cg => NewtonSolver::Cg(rule),
             SolverWord::Multigrid => NewtonSolver::Multigrid(rule),
+            SolverWord::Auto if jacobian == Jacobian::Saved => NewtonSolver::Cholesky,
             SolverWord::Auto => NewtonSolver::Auto,
         };
-        Self { jacobian: JACOBIAN.read(settings), solver }
+        Self { jacobian, solver }
     }
 }
 
 impl Default for NewtonLinear {
     fn default() -> Self {
-        Self { jacobian: JACOBIAN.default, solver: NewtonSolver::Cholesky }
+        Self { jacobian: JACOBIAN.default, solver: NewtonSolver::Auto }
     }
 }
 
 impl NewtonLinear {
+    /// A sparse Cholesky factor in each iteration: for exact solves and for small systems.
+    pub const CHOLESKY: Self = Self { jacobian: Jacobian::Fresh, solver: NewtonSolver::Cholesky };
+
     /// Whether the Hessian is factorised.
     fn factorises(self) -> bool {
         match self.solver {
@@ -152,6 +154,13 @@ impl NewtonLinear {
 /// Stages above this `τ_x τ_v k/m` are solved by multigrid; the table stands in the docs of
 /// `drape-backward-euler`.
 const STIFF: f64 = 200.0;
+/// The same where conjugate gradients run in single precision: an iteration takes half the time.
+const STIFF_SINGLE: f64 = 2000.0;
+/// Greatest forcing term there: iterations are cheap beside the Hessian of another iterate.
+const GREATEST_OF_SINGLE: f64 = 0.03;
+/// From so many particles on, stages of grids are solved in single precision, and coarse matrices
+/// are kept: smaller systems stay in the nearest caches.
+const LARGE: usize = 1000;
 /// A factor is dropped when the next correction is longer than this fraction of the last one.
 const SLOW: f64 = 0.3;
 /// A factor is dropped when it takes more CG iterations than this as a preconditioner.
@@ -180,6 +189,12 @@ pub(crate) struct NewtonMatrix {
     diagonal: BlockJacobi,
     /// `None` unless the settings ask for it.
     multigrid: Option<Multigrid>,
+    /// Whether the coarse matrices of multigrid belong to this stage and still serve.
+    coarse_serves: bool,
+    /// Whether they are kept over the iterations of a stage.
+    keeps_coarse: bool,
+    /// Where the settings leave the choice and the mesh has bands.
+    single: Option<SinglePcg>,
     workspace: PcgWorkspace,
     /// No constraints, since the matrix is already projected to them.
     none: Constraints,
@@ -205,7 +220,9 @@ impl NewtonMatrix {
         let stiff = match settings.solver {
             NewtonSolver::Auto => {
                 let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
-                Some(Box::new(Self::new(system, potential, NewtonLinear { solver, ..settings })?))
+                let mut stiff = Self::new(system, potential, NewtonLinear { solver, ..settings })?;
+                stiff.keeps_coarse = n >= LARGE;
+                Some(Box::new(stiff))
             }
             _ => None,
         };
@@ -231,6 +248,12 @@ impl NewtonMatrix {
                 NewtonSolver::Multigrid(_) => Some(multigrid(system, potential, &matrix)?),
                 _ => None,
             },
+            coarse_serves: false,
+            keeps_coarse: false,
+            single: match settings.solver {
+                NewtonSolver::Auto if n >= LARGE => SinglePcg::new(&matrix),
+                _ => None,
+            },
             workspace: PcgWorkspace::new(n),
             none: Constraints::free(n),
             last_length: None,
@@ -244,6 +267,28 @@ impl NewtonMatrix {
     pub(crate) fn begin(&mut self) {
         self.last_length = None;
         self.saved.stages = self.saved.stages.saturating_add(1);
+        self.coarse_serves = false;
+        if let Some(stiff) = &mut self.stiff {
+            stiff.begin();
+        }
+    }
+
+    /// Whether [`Auto`](NewtonSolver::Auto) solves this stage by multigrid.
+    fn is_stiff(&self, potential: &IncrementalPotential) -> bool {
+        let limit = if self.single.is_some() { STIFF_SINGLE } else { STIFF };
+        self.stiff.is_some() && potential.stiffness() > limit
+    }
+
+    /// The forcing terms of a stage.
+    pub(crate) fn forcing(
+        &self,
+        solver: NewtonSolver,
+        potential: &IncrementalPotential,
+    ) -> Forcing {
+        if self.single.is_some() && !self.is_stiff(potential) {
+            return Forcing::at_most(solver.forcing(), GREATEST_OF_SINGLE);
+        }
+        Forcing::new(solver.forcing())
     }
 
     /// Drops the saved factor.
@@ -267,8 +312,8 @@ impl NewtonMatrix {
         (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<(), StepError> {
-        if let Some(stiff) = self.stiff.as_mut()
-            && NewtonSolver::picks_multigrid(potential.stiffness())
+        if self.is_stiff(potential)
+            && let Some(stiff) = self.stiff.as_mut()
         {
             let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
             let how = (NewtonLinear { solver, ..settings }, forcing);
@@ -303,11 +348,13 @@ impl NewtonMatrix {
             };
             // The exact Hessian may be indefinite; the projected one is positive definite.
             if !solve(self, report, direction).unwrap_or(false) {
+                self.coarse_serves = false;
                 self.assemble(system, potential, constraints, Tangent::Projected);
                 solve(self, report, direction)?;
             }
             if report.cg_iterations - before > MANY_ITERATIONS {
                 self.restart();
+                self.coarse_serves = false;
             }
         }
         constraints.project(direction);
@@ -324,17 +371,23 @@ impl NewtonMatrix {
         direction: &mut [Vec3],
         report: &mut NewtonReport,
     ) -> Result<bool, StepError> {
-        let Self { matrix, factor, diagonal, multigrid, workspace, none, .. } = self;
+        let is_kept = self.keeps_coarse && self.coarse_serves;
+        let Self { matrix, factor, diagonal, multigrid, single, workspace, none, .. } = self;
         direction.fill(Vec3::zeros());
         let max_iterations = PcgSettings::default_max(gradient.len());
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
         let (cycle, kept);
         let mut cycle_products = 0;
         let preconditioner: &dyn Preconditioner = if let Some(multigrid) = multigrid {
-            multigrid.update(matrix)?;
             let products = multigrid.products();
+            if is_kept {
+                multigrid.keep(matrix)?;
+            } else {
+                multigrid.update(matrix)?;
+                report.matvecs += products.update as u32;
+            }
+            self.coarse_serves = true;
             cycle_products = products.cycle;
-            report.matvecs += products.update as u32;
             cycle = multigrid.on(matrix);
             &cycle
         } else if let Some(factor) = factor.as_mut().filter(|_| with_factor) {
@@ -342,6 +395,15 @@ impl NewtonMatrix {
             &kept
         } else {
             diagonal.update(matrix)?;
+            let solve = single
+                .as_mut()
+                .and_then(|single| single.solve(matrix, diagonal, gradient, direction, &settings));
+            if let Some(solve) = solve {
+                report.cg_iterations += solve.iterations as u32;
+                report.matvecs += solve.multiplications as u32;
+                return Ok(true);
+            }
+            direction.fill(Vec3::zeros());
             diagonal
         };
         let reference = Reference::FilteredRightHandSide;

@@ -64,15 +64,15 @@ pub struct ImplicitStage {
 }
 
 impl ImplicitStage {
-    /// Memory and symbolic factorisation.
+    /// Memory and symbolic factorisation, for solves by [factors](NewtonLinear::CHOLESKY).
     ///
     /// # Errors
     /// [`PrepareError::Solver`] when the symbolic factorisation fails.
     pub fn new(system: &System) -> Result<Self, PrepareError> {
-        Self::with_linear(system, NewtonLinear::default())
+        Self::with_linear(system, NewtonLinear::CHOLESKY)
     }
 
-    /// As [`new`](Self::new), for these settings.
+    /// As [`new`](Self::new), for these settings of the linear systems.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -26,7 +26,7 @@ pub use tell::{printable, tell};
 pub use verdict::Verdict;
 
 use file::{read_json, write_atomically};
-use page::{Outline, Section};
+use page::{Outline, Section, Table};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,8 @@ impl Content {
 /// The files of a page and its figures: names below the folder of the results, and contents.
 pub type Files = Vec<(String, Content)>;
 
-/// Writes the figures in `files`, the report and the index page below the folder `results`.
+/// Writes the figures in `files`, the report and the index page below the folder `results`. A table
+/// `first` stands beside the answer.
 ///
 /// Returns the files written, the pages last. Every page is filled before the first file is
 /// written, so that a failure leaves the folder as it was.
@@ -63,12 +64,13 @@ pub fn write(
     results: &Path,
     sections: &[Section],
     outline: &Outline,
+    first: Option<Table>,
     mut files: Files,
 ) -> Result<Vec<PathBuf>, ReportError> {
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
-    let report = page::report(sections, outline, &files)?;
+    let report = page::report(sections, outline, first.as_ref(), &files)?;
     files.push(("report.html".to_owned(), Content::Text(report)));
     files.push(("README.md".to_owned(), Content::Text(page::index(sections, outline)?)));
     files
@@ -90,7 +92,7 @@ pub fn one_page(
     outline: &Outline,
     files: &Files,
 ) -> Result<String, ReportError> {
-    page::report(sections, outline, files)
+    page::report(sections, outline, None, files)
 }
 
 /// The record of a study, or `None` when there is no such file.

@@ -44,6 +44,23 @@ pub fn setting(value: f64) -> String {
     if value != 0.0 && libm::fabs(value) < 1e-4 { power(value) } else { format!("{value}") }
 }
 
+/// The median; of an even number of values the mean of the two in the middle. `None` of nothing.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => None,
+        n if n.is_multiple_of(2) => Some(0.5 * (values[middle - 1] + values[middle])),
+        _ => Some(values[middle]),
+    }
+}
+
+/// The median of times in nanoseconds, s; 0 of nothing.
+pub fn median_s(nanoseconds: &[u64]) -> f64 {
+    1e-9 * median(nanoseconds.iter().map(|&ns| ns as f64)).unwrap_or(0.0)
+}
+
 /// A share in per cent, with `digits` significant digits.
 pub fn percent(share: f64, digits: i32) -> String {
     format!("{} %", significant(100.0 * share, digits))
@@ -127,6 +144,15 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(trimmed(value, 3), text, "{value}");
         }
+    }
+
+    #[test]
+    fn the_median_lies_in_the_middle_of_sorted_values() {
+        assert_eq!(median([3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([4.0, 1.0, 2.0, 9.0]), Some(3.0));
+        assert_eq!(median([]), None);
+        assert_eq!(median_s(&[30, 10, 20]), 20e-9);
+        assert_eq!(median_s(&[]), 0.0);
     }
 
     #[test]

@@ -115,7 +115,7 @@ mod start;
 mod test_support;
 mod tiles;
 
-pub use block::BlockMatrix;
+pub use block::{BlockMatrix, SinglePcg};
 pub use constraint::{Constraints, Filter};
 pub use direct::{BlockFactor, BlockLu, CompleteLdlt, FactorKind, UnsymmetricBlocks};
 pub use drape_kernels::blocks::Coupling;

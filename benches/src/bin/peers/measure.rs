@@ -4,7 +4,7 @@ use crate::error::PeersError;
 use crate::plan::{Plan, is_direct};
 use crate::program::{Program, Sample, TOLERANCE};
 use crate::record::{Case, Pair, Ratio, Row, Runs};
-use crate::steps::median;
+use drape_report::number::median;
 
 /// Runs all programs of a plan in turns, every other round backwards, so that whatever drifts meets
 /// both sides.
@@ -65,7 +65,7 @@ fn pair(own: &Runs, peer: &Runs) -> Pair {
         let samples: Vec<_> =
             peer.median_us.iter().zip(&own.median_us).map(|(peer, own)| peer / own).collect();
         Ratio {
-            median: median(&samples),
+            median: median(samples.iter().copied()).unwrap_or(f64::NAN),
             least: samples.iter().copied().fold(f64::INFINITY, f64::min),
             greatest: samples.iter().copied().fold(0.0, f64::max),
             samples,

@@ -6,6 +6,7 @@ use drape_benches::{HangingSheet, Mesh, STEP_S};
 use drape_harness::HarnessError;
 use drape_harness::methods::{Choice, MethodError};
 use drape_integrator::{PhaseClock, TimeStep};
+use drape_report::number::median;
 use std::time::Instant;
 
 /// Takes `steps` steps of `method` from the start of the sheet.
@@ -36,7 +37,7 @@ pub(crate) fn take(
     let count = f64::from(steps.max(1));
     Ok(Sample {
         mean_us: Some(1e6 * seconds.iter().sum::<f64>() / count),
-        median_us: 1e6 * median(&seconds),
+        median_us: 1e6 * median(seconds.iter().copied()).unwrap_or(f64::NAN),
         iterations: f64::from(iterations) / count,
         middle: state.x[numbering.internal(middle)].z,
         lowest: state.x.iter().map(|x| x.z).fold(f64::INFINITY, f64::min),
@@ -52,17 +53,6 @@ pub(crate) fn line(sample: &Sample) -> String {
     )
 }
 
-/// The median; of an even number of values the mean of the two in the middle.
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let n = sorted.len();
-    match n {
-        0 => f64::NAN,
-        _ => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,12 +66,5 @@ mod tests {
         let loose = run("imex-euler", Mesh::Grid);
         assert!((exact.lowest - loose.lowest).abs() < 1e-2 * exact.lowest.abs());
         assert!(exact.lowest < -0.3, "it falls: {exact:?}");
-    }
-
-    #[test]
-    fn the_median_is_that_of_the_sorted_values() {
-        assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), 2.5);
-        assert!(median(&[]).is_nan());
     }
 }

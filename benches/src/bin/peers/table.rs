@@ -2,9 +2,9 @@
 
 use crate::plan::{Goal, Plan, YARDSTICK};
 use crate::record::{Case, Pair, Row, Runs, Setup};
-use crate::steps::median;
 use drape_benches::Mesh;
 use drape_report::Timings;
+use drape_report::number::median;
 use std::fmt::Write as _;
 
 /// The page that stands beside the record.
@@ -87,7 +87,7 @@ fn times(page: &mut String, timings: &Timings<Row>, plans: &[&Plan]) {
                 runs.program == *program && runs.solver == *solver && runs.mesh == *mesh
             });
             it.map_or("–".to_owned(), |runs| {
-                format!("{} ({:.1})", digits(median(&runs.median_us)), runs.iterations_per_step)
+                format!("{} ({:.1})", digits(middle_us(runs)), runs.iterations_per_step)
             })
         };
         let cells: Vec<_> = columns.iter().map(cell).collect();
@@ -118,7 +118,7 @@ fn ratios(page: &mut String, timings: &Timings<Row>, plans: &[&Plan]) {
     let _ = writeln!(page, "|{}", "---|".repeat(6 + solvers.len()));
     for plan in plans {
         for mesh in Mesh::ALL {
-            let time = |runs: &&Runs| median(&runs.median_us);
+            let time = |runs: &&Runs| middle_us(runs);
             let own = runs(timings, &plan.case)
                 .filter(|runs| runs.program == "drape" && runs.mesh == mesh.name());
             let Some(best) = own.min_by(|a, b| time(a).total_cmp(&time(b))) else { continue };
@@ -158,6 +158,11 @@ fn goal_of(goal: Goal, mesh: Mesh) -> String {
         Mesh::Grid => format!("≥ {}, aim {}", goal.grid, goal.grid_aim),
         Mesh::General => format!("≥ {}", goal.general),
     }
+}
+
+/// The median of its times; not a number where it has none.
+fn middle_us(runs: &Runs) -> f64 {
+    median(runs.median_us.iter().copied()).unwrap_or(f64::NAN)
 }
 
 /// Three significant digits, or all of a whole number.

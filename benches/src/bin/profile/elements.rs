@@ -2,6 +2,7 @@
 
 use drape_model::{State, System, Vec3};
 use drape_oracle::Random;
+use drape_report::number::median;
 use serde_json::{Value, json};
 use std::error::Error;
 use std::fmt::Write as _;
@@ -118,9 +119,9 @@ pub(crate) fn measure(sides: &[u32]) -> Result<Vec<Element>, Box<dyn Error>> {
                 times.push(once(element.count, system, state));
             }
         }
-        elements.extend(sheets.into_iter().map(|(element, _, _, mut times)| {
-            times.sort_unstable_by(f64::total_cmp);
-            Element { seconds: times[times.len() / 2], ..element }
+        elements.extend(sheets.into_iter().map(|(element, _, _, times)| Element {
+            seconds: median(times).unwrap_or(f64::NAN),
+            ..element
         }));
     }
     Ok(elements)

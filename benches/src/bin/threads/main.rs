@@ -58,7 +58,7 @@ const OTHERS: [&str; 8] = [
     "leapfrog:step=bound,damping=explicit",
     "baraff-witkin",
     "backward-euler:solver=cg,forcing=eisenstat-walker",
-    "bdf2:solver=auto",
+    "bdf2",
     "vbd",
     "xpbd",
     "xpbd:sweep=coloured",

@@ -3,6 +3,7 @@
 use crate::memory::{SIZES, Speed};
 use crate::{Comparison, Times};
 use drape_report::Provenance;
+use drape_report::number::median;
 use std::fmt::Write as _;
 use std::num::NonZero;
 
@@ -65,20 +66,15 @@ fn ratios(pairs: &[[Times; 2]], of: impl Fn(&Times) -> f64) -> [f64; 3] {
     spread(pairs.iter().map(|[one, all]| of(one) / of(all)).collect())
 }
 
-fn spread(mut values: Vec<f64>) -> [f64; 3] {
-    values.sort_unstable_by(f64::total_cmp);
-    let last = values.last().copied();
-    [values.first().copied(), values.get(values.len() / 2).copied(), last]
-        .map(|v| v.unwrap_or(f64::NAN))
+fn spread(values: Vec<f64>) -> [f64; 3] {
+    let all = || values.iter().copied();
+    [all().reduce(f64::min), median(all()), all().reduce(f64::max)]
+        .map(|value| value.unwrap_or(f64::NAN))
 }
 
 /// Median time of a step on one thread (0) or on all (1), ms.
 fn middle(pairs: &[[Times; 2]], which: usize) -> f64 {
-    median(pairs.iter().map(|pair| pair[which].step).collect())
-}
-
-fn median(values: Vec<f64>) -> f64 {
-    spread(values)[1]
+    median(pairs.iter().map(|pair| pair[which].step)).unwrap_or(f64::NAN)
 }
 
 fn range([least, median, greatest]: [f64; 3]) -> String {

@@ -90,7 +90,8 @@ fn classify(error: &anyhow::Error) -> u8 {
         HarnessError::Step(_)
         | HarnessError::Record(_)
         | HarnessError::Reference(_)
-        | HarnessError::Elsewhere => false,
+        | HarnessError::Elsewhere
+        | HarnessError::Late => false,
     };
     let bad_input = error.is::<SceneError>()
         || error.is::<Violation>()

@@ -21,11 +21,19 @@ pub(super) struct Entry {
     pub(super) substeps: Substeps,
 }
 
-/// All forms of the registry: those of the study of animation, or the defaults.
+/// All forms of the registry: those of the study of animation, and each method at its defaults.
 fn registered() -> impl Iterator<Item = Film> {
     methods::runs().flat_map(|(method, runs)| {
         let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
-        or_defaults(method, runs.animation, |form| Film { form, substeps })
+        let mut films = or_defaults(method, runs.animation, |form| Film { form, substeps });
+        if films.iter().all(|film| film.form.method != method.id) {
+            // The film of this label has settings that it does not tell.
+            for film in films.iter_mut().filter(|film| film.form.label == method.id) {
+                film.form.label = film.form.method;
+            }
+            films.push(Film { form: Variant::new(method.id, method.id), substeps });
+        }
+        films
     })
 }
 
@@ -115,10 +123,13 @@ mod tests {
     }
 
     #[test]
-    fn every_method_takes_part_in_its_registered_forms() {
+    fn every_method_takes_part_at_its_defaults_under_its_id() {
         let all = chosen(None).expect("the registry is valid");
         for method in methods::all() {
-            assert!(all.iter().any(|e| e.choice.method().id == method.id), "{}", method.id);
+            let defaults = Choice::parse(method.id, &[]).expect("a method").full_id();
+            let of_defaults = all.iter().filter(|entry| entry.choice.full_id() == defaults);
+            let labels: Vec<_> = of_defaults.map(|entry| entry.label.as_str()).collect();
+            assert_eq!(labels, [method.id]);
         }
     }
 

@@ -51,6 +51,7 @@ use crate::{HarnessError, Shard, Verdict, sha256, system_hash};
 use deadline::Deadline;
 use drape_integrator::{PrepareError, StepError};
 use drape_model::{SystemSpec, Vec3, Violation};
+use drape_report::number::median;
 use facts::{End, Facts, Form, Metric, Run};
 use forms::Entry;
 use memory::{Memory, Ran};
@@ -352,9 +353,7 @@ struct Course<'a> {
 fn steady(clock: &[f64]) -> f64 {
     let before = std::iter::once(&0.0).chain(clock);
     let frames: Vec<f64> = clock.iter().zip(before).map(|(end, begin)| end - begin).collect();
-    let mut sorted = frames.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let median = median(frames.iter().copied()).unwrap_or(0.0);
     frames.iter().map(|time| time.min(SPIKE * median)).sum()
 }
 

@@ -20,7 +20,12 @@ use rayon::prelude::*;
 use std::time::Instant;
 
 /// Methods of the true motion, in the order in which they are tried.
-const CANDIDATES: [&str; 4] = ["leapfrog:damping=explicit", "dirk", "bdf2", "backward-euler"];
+const CANDIDATES: [&str; 4] = [
+    "leapfrog:damping=explicit",
+    "dirk:solver=cholesky",
+    "bdf2:solver=cholesky",
+    "backward-euler:solver=cholesky",
+];
 /// Steps a frame of the coarsest implicit run.
 const IMPLICIT: u32 = 8;
 /// An error of the true motion up to this share of the target is small.

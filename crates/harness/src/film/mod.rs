@@ -7,8 +7,8 @@
 mod surface;
 
 use crate::HarnessError;
-use crate::run::{Counts, Moment, Runner, Simulation};
-use drape_model::{SpringEffect, SystemSpec, TimeSpan, Vec3};
+use crate::run::{Counts, Moment, Outcome, Runner, Simulation};
+use drape_model::{SpringEffect, State, System, SystemSpec, TimeSpan, Vec3};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -78,34 +78,53 @@ impl Camera {
         first: &[Vec3],
         substeps: u32,
     ) -> Result<(Counts, Seen), HarnessError> {
-        // The runner keeps its observer longer than this function lasts.
-        let film = Rc::new(RefCell::new(Seen::default()));
-        let kept = Rc::clone(&film);
-        let mut last: Vec<Vec3> = self.tracked.iter().map(|&i| first[i]).collect();
-        let share = 1.0 / self.tracked.len().max(1) as f64;
-        let frame = u64::from(substeps);
-        let stride = frame * u64::from(self.stride);
+        let (runner, eye) = self.before(runner, first, substeps);
+        let counts = runner.count(start)?;
+        Ok((counts, eye.borrow_mut().close()))
+    }
+
+    /// As [`film`](Self::film), from the state of the simulation and without a watch on the energy
+    /// of every step, which costs as much as a step of an explicit method.
+    pub(crate) fn glance<'a>(
+        &'a self,
+        runner: Runner<'a>,
+        simulation: &mut Simulation,
+        substeps: u32,
+    ) -> Result<(Outcome, Seen), HarnessError> {
+        let (runner, eye) = self.before(runner, &simulation.state.x, substeps);
+        let outcome = runner.go(simulation)?;
+        Ok((outcome, eye.borrow_mut().close()))
+    }
+
+    /// What is seen of a motion that starts at `first` and has these states at the ends of its
+    /// frames.
+    pub(crate) fn look_at(&self, system: &System, first: &[Vec3], states: &[State]) -> Seen {
+        let mut eye = Eye::new(self, first);
+        for (frame, state) in (1..).zip(states) {
+            eye.look(frame, &state.x, || system.kinetic_energy(&state.v));
+        }
+        eye.close()
+    }
+
+    /// The runner with an observer that looks at the ends of frames. The runner keeps it longer
+    /// than the run lasts.
+    fn before<'a>(
+        &'a self,
+        runner: Runner<'a>,
+        first: &[Vec3],
+        substeps: u32,
+    ) -> (Runner<'a>, Rc<RefCell<Eye<'a>>>) {
+        let eye = Rc::new(RefCell::new(Eye::new(self, first)));
+        let kept = Rc::clone(&eye);
+        let substeps = u64::from(substeps);
         let runner = runner.observe(move |moment: &Moment<'_>| {
-            if !moment.step.is_multiple_of(frame) {
-                return;
-            }
-            let moving = moment.moving();
-            let shown = moving.state();
-            let x = &shown.x;
-            let mut seen = kept.borrow_mut();
-            let way = |(&i, last): (&usize, &mut Vec3)| {
-                let way = (x[i] - *last).norm();
-                *last = x[i];
-                way
-            };
-            seen.path += share * self.tracked.iter().zip(&mut last).map(way).sum::<f64>();
-            if moment.step.is_multiple_of(stride) {
-                let kinetic = moment.system.kinetic_energy(&moment.state.v);
-                seen.looks.push(Look { x: x.clone(), kinetic, strain: self.strain(x) });
+            if moment.step.is_multiple_of(substeps) {
+                let moving = moment.moving();
+                let kinetic = || moment.system.kinetic_energy(&moment.state.v);
+                kept.borrow_mut().look(moment.step / substeps, &moving.state().x, kinetic);
             }
         });
-        let counts = runner.count(start)?;
-        Ok((counts, film.take()))
+        (runner, eye)
     }
 
     /// 99th percentile of the strain along the threads; 0 without threads.
@@ -128,6 +147,43 @@ impl Camera {
         let apart = |(a, b): (&Look, &Look)| self.distance(&a.x, &b.x);
         let all: Vec<f64> = a.looks.par_iter().zip(&b.looks).map(apart).collect();
         mean(all.into_iter())
+    }
+}
+
+/// What a camera has seen so far.
+#[derive(Debug)]
+struct Eye<'a> {
+    camera: &'a Camera,
+    seen: Seen,
+    /// Where the tracked particles were at the frame before, m.
+    last: Vec<Vec3>,
+}
+
+impl<'a> Eye<'a> {
+    fn new(camera: &'a Camera, first: &[Vec3]) -> Self {
+        let last = camera.tracked.iter().map(|&i| first[i]).collect();
+        Self { camera, seen: Seen::default(), last }
+    }
+
+    /// Looks at the end of a frame; frames count from 1.
+    fn look(&mut self, frame: u64, x: &[Vec3], kinetic: impl FnOnce() -> f64) {
+        let share = 1.0 / self.last.len().max(1) as f64;
+        let way = |(&i, last): (&usize, &mut Vec3)| {
+            let way = (x[i] - *last).norm();
+            *last = x[i];
+            way
+        };
+        let tracked = self.camera.tracked.iter();
+        self.seen.path += share * tracked.zip(&mut self.last).map(way).sum::<f64>();
+        if frame.is_multiple_of(u64::from(self.camera.stride)) {
+            let strain = self.camera.strain(x);
+            self.seen.looks.push(Look { x: x.to_vec(), kinetic: kinetic(), strain });
+        }
+    }
+
+    /// All that was seen.
+    fn close(&mut self) -> Seen {
+        std::mem::take(&mut self.seen)
     }
 }
 

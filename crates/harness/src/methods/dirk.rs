@@ -35,34 +35,36 @@ pub(super) static ENTRY: Entry = Entry {
     },
     runs: Runs {
         order: &[
-            Variant::new("dirk", "dirk:residual=1e-13"),
-            Variant::new("dirk, sdirk2", "dirk:tableau=sdirk2,residual=1e-13"),
-            Variant::new("dirk, sdirk3", "dirk:tableau=sdirk3,residual=1e-15"),
-            Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3,residual=1e-15"),
-            Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4,residual=1e-16"),
+            Variant::new("dirk", "dirk:residual=1e-13,solver=cholesky"),
+            Variant::new("dirk, sdirk2", "dirk:tableau=sdirk2,residual=1e-13,solver=cholesky"),
+            Variant::new("dirk, sdirk3", "dirk:tableau=sdirk3,residual=1e-15,solver=cholesky"),
+            Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3,residual=1e-15,solver=cholesky"),
+            Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4,residual=1e-16,solver=cholesky"),
         ],
         momentum: &[
-            (Variant::new("dirk", "dirk:residual=1e-12"), Keeps::AsStated),
-            (Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3"), Keeps::AsStated),
-            (Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4"), Keeps::AsStated),
+            (Variant::new("dirk", "dirk:residual=1e-12,solver=cholesky"), Keeps::AsStated),
+            (Variant::new("dirk, esdirk3", ESDIRK3), Keeps::AsStated),
+            (Variant::new("dirk, sdirk4", SDIRK4), Keeps::AsStated),
         ],
+        energy: &[Variant::new("dirk", EXACT)],
+        hard_cases: &[Variant::new("dirk", EXACT)],
         stability: &[
-            Variant::new("dirk", "dirk"),
-            Variant::new("dirk, esdirk3", "dirk:tableau=esdirk3"),
-            Variant::new("dirk, sdirk4", "dirk:tableau=sdirk4"),
+            Variant::new("dirk", EXACT),
+            Variant::new("dirk, esdirk3", ESDIRK3),
+            Variant::new("dirk, sdirk4", SDIRK4),
         ],
-        locking: &[(Variant::new("dirk", "dirk"), Steps::Long)],
+        locking: &[(Variant::new("dirk", EXACT), Steps::Long)],
         work_precision: &[
-            work::headline("dirk", "dirk:residual=1e-3"),
-            work::extra("dirk, saved factor", "dirk:residual=1e-3,jacobian=saved"),
+            work::headline("dirk", "dirk:residual=1e-3,solver=cholesky"),
+            work::extra("dirk, saved factor", "dirk:residual=1e-3,jacobian=saved,solver=cholesky"),
             work::extra("dirk, one CG solve a stage", LINEARISED),
             work::extra("dirk, safeguarded", SAFEGUARDED),
-            work::extra("dirk, esdirk3", "dirk:tableau=esdirk3"),
-            work::extra("dirk, sdirk4", "dirk:tableau=sdirk4"),
+            work::extra("dirk, esdirk3", ESDIRK3),
+            work::extra("dirk, sdirk4", SDIRK4),
         ],
         animation: &[
             Film::ladder("dirk, safeguarded", SAFEGUARDED),
-            Film::ladder("dirk", "dirk"),
+            Film::ladder("dirk", EXACT),
             Film::ladder("dirk, CG", "dirk:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
             Film::ladder(
                 "dirk, one iteration",
@@ -73,10 +75,23 @@ pub(super) static ENTRY: Entry = Entry {
                 "dirk:residual=1e-2,max_iterations=3,solver=multigrid",
             ),
         ],
-        scaling: &[Contender { label: "dirk", method: "dirk:residual=1e-3", largest: 100 }],
+        scaling: &[Contender {
+            label: "dirk",
+            method: "dirk:residual=1e-3,solver=cholesky",
+            largest: 100,
+        }],
         ..Runs::DEFAULTS
     },
 };
+
+/// By factors, where the study is about the method and not about its solver.
+const EXACT: &str = "dirk:solver=cholesky";
+
+/// As before, of order 3.
+const ESDIRK3: &str = "dirk:tableau=esdirk3,solver=cholesky";
+
+/// As before, of order 4.
+const SDIRK4: &str = "dirk:tableau=sdirk4,solver=cholesky";
 
 /// One linear solve a stage.
 const LINEARISED: &str = "dirk:max_iterations=1,solver=cg,cg_tolerance=0.01";

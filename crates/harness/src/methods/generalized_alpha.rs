@@ -29,34 +29,42 @@ pub(super) static ENTRY: Entry = Entry {
     },
     runs: Runs {
         order: &[
-            Variant::new("generalized-alpha", "generalized-alpha:residual=1e-13"),
-            Variant::new("trapezoid", "generalized-alpha:family=newmark,rho_inf=1,residual=1e-13"),
+            Variant::new("generalized-alpha", "generalized-alpha:residual=1e-13,solver=cholesky"),
+            Variant::new(
+                "trapezoid",
+                "generalized-alpha:family=newmark,rho_inf=1,residual=1e-13,solver=cholesky",
+            ),
         ],
         momentum: &[
             (
-                Variant::new("generalized-alpha", "generalized-alpha:residual=1e-12"),
+                Variant::new(
+                    "generalized-alpha",
+                    "generalized-alpha:residual=1e-12,solver=cholesky",
+                ),
                 Keeps::AsStated,
             ),
             (
                 Variant::new(
                     "trapezoid",
-                    "generalized-alpha:family=newmark,rho_inf=1,residual=1e-12",
+                    "generalized-alpha:family=newmark,rho_inf=1,residual=1e-12,solver=cholesky",
                 ),
                 Keeps::AsStated,
             ),
         ],
         stability: &[
-            Variant::new("generalized-alpha", "generalized-alpha"),
-            Variant::new("trapezoid", "generalized-alpha:family=newmark,rho_inf=1"),
+            Variant::new("generalized-alpha", EXACT),
+            Variant::new("trapezoid", "generalized-alpha:family=newmark,rho_inf=1,solver=cholesky"),
         ],
-        locking: &[(Variant::new("generalized-alpha", "generalized-alpha"), Steps::Long)],
+        energy: &[Variant::new("generalized-alpha", EXACT)],
+        hard_cases: &[Variant::new("generalized-alpha", EXACT)],
+        locking: &[(Variant::new("generalized-alpha", EXACT), Steps::Long)],
         work_precision: &[
-            work::main("generalized-alpha", "generalized-alpha:residual=1e-3"),
+            work::main("generalized-alpha", "generalized-alpha:residual=1e-3,solver=cholesky"),
             work::extra("generalized-alpha, safeguarded", SAFEGUARDED),
         ],
         animation: &[
             Film::ladder("generalized-alpha, safeguarded", SAFEGUARDED),
-            Film::ladder("generalized-alpha", "generalized-alpha"),
+            Film::ladder("generalized-alpha", EXACT),
             Film::ladder(
                 "generalized-alpha, CG",
                 "generalized-alpha:residual=1e-3,solver=cg,forcing=eisenstat-walker",
@@ -72,12 +80,15 @@ pub(super) static ENTRY: Entry = Entry {
         ],
         scaling: &[Contender {
             label: "generalized-alpha",
-            method: "generalized-alpha:residual=1e-3",
+            method: "generalized-alpha:residual=1e-3,solver=cholesky",
             largest: 100,
         }],
         ..Runs::DEFAULTS
     },
 };
+
+/// By factors, where the study is about the method and not about its solver.
+const EXACT: &str = "generalized-alpha:solver=cholesky";
 
 /// One linear solve a step, more where its residual would add energy.
 const SAFEGUARDED: &str =

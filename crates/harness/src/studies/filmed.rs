@@ -5,6 +5,7 @@ use super::{Context, cells, timed};
 use crate::HarnessError;
 use crate::methods::runs::Film;
 use crate::run::Outcome;
+use drape_report::number::median;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -101,9 +102,8 @@ pub(super) fn samples(
     while samples.len() < REPETITIONS && samples.iter().all(|&seconds| seconds < LONG_S) {
         samples.push(once()?);
     }
-    let mut sorted = samples.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    Ok((samples, sorted[sorted.len() / 2]))
+    let seconds = median(samples.iter().copied()).unwrap_or(0.0);
+    Ok((samples, seconds))
 }
 
 #[cfg(test)]

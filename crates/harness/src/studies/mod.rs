@@ -32,6 +32,8 @@ pub mod stability;
 mod stepper;
 pub mod tables;
 mod tiles;
+pub mod trajectory;
+pub mod uses;
 pub(crate) mod variant;
 pub mod work_precision;
 
@@ -357,7 +359,7 @@ impl std::fmt::Debug for dyn Study {
 }
 
 /// In teaching order: a study stands behind those that it builds on. The page keeps this order.
-static STUDIES: [&dyn Study; 23] = [
+static STUDIES: [&dyn Study; 24] = [
     &course::STUDY,
     &pictures::STUDY,
     &order::STUDY,
@@ -373,6 +375,7 @@ static STUDIES: [&dyn Study; 23] = [
     &post_correction::STUDY,
     &precomputed_inverse::STUDY,
     &work_precision::STUDY,
+    &trajectory::STUDY,
     &animation::STUDY,
     &animation::LONG,
     &rest::STUDY,
@@ -456,7 +459,7 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     for study in all() {
         sections.extend(study.section(results, &mut files)?);
     }
-    drape_report::write(results, &sections, &page::OUTLINE, files)
+    drape_report::write(results, &sections, &page::OUTLINE, uses::table(results), files)
 }
 
 /// Computes what cells start from, scenes and references, in parallel and in the order given.
@@ -565,8 +568,8 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     Ok(Cells(is_whole.then_some(results)))
 }
 
-/// As [`cells`] or [`timed`], but a cell that this process may not compute, or not begin any more,
-/// is left out and noted as missing.
+/// As [`cells`] or [`timed`], but a cell that this process may not compute, or has no time for, is
+/// left out and noted as missing.
 fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
     context: &Context<'_>,
     (part, is_timed): (&str, bool),
@@ -578,7 +581,10 @@ fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
     let one = |&(number, input): &(usize, &T)| match journal.kept(part, number) {
         Some(kept) => Ok(Some(kept)),
         None if !journal.takes(part, number, is_timed) || journal.is_late() => Ok(None),
-        None => journal.cell(part, number, is_timed, || compute(input)).map(Some),
+        None => match journal.cell(part, number, is_timed, || compute(input)) {
+            Err(HarnessError::Late) => Ok(None),
+            result => result.map(Some),
+        },
     };
     let results: Vec<Option<R>> = if is_timed {
         one_by_one(context, part, &numbered, one)?

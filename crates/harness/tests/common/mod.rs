@@ -12,6 +12,7 @@ mod fabric;
 mod regret;
 mod rest;
 mod stability;
+mod trajectory;
 mod work;
 
 pub(crate) use animation::{animation, animation_long, animation_long_timings, animation_timings};
@@ -24,6 +25,7 @@ pub(crate) use fabric::fabric;
 pub(crate) use regret::{regret, regret_timings};
 pub(crate) use rest::{rest, rest_timings};
 pub(crate) use stability::{locking, stability};
+pub(crate) use trajectory::trajectory;
 pub(crate) use work::{scaling, scaling_timings, work_precision, work_precision_timings};
 
 use drape_harness::record::Phases;
@@ -64,6 +66,7 @@ pub(crate) fn complete() -> TempDir {
     write_json(&path("solver-control.json"), &control()).unwrap();
     write_json(&path("work-precision.json"), &work_precision(false)).unwrap();
     write_json(&path("timings/work-precision.json"), &work_precision_timings()).unwrap();
+    write_json(&path("trajectory.json"), &trajectory()).unwrap();
     write_json(&path("animation.json"), &animation()).unwrap();
     write_json(&path("timings/animation.json"), &animation_timings()).unwrap();
     write_json(&path("animation-long.json"), &animation_long()).unwrap();

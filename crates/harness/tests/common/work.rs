@@ -60,6 +60,7 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                     step_s: Some(0.25 / (8.0 * 2f64.powi(step))),
                     verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
+                    beside: None,
                     modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     steps: 8,

@@ -44,8 +44,10 @@
 //!   and for at most 20 steps. `solver=cg` solves Newton's systems by conjugate gradients as
 //!   tightly as `cg_tolerance` or Eisenstat and Walker (`forcing`) say, preconditioned by the
 //!   diagonal blocks or by the saved factor. `solver=multigrid` preconditions them by a cycle of
-//!   [multigrid](drape_solvers::Multigrid) on the Hessian. `solver=auto` takes one of the last two,
-//!   see below. `safeguard=work` prolongs [linearised](drape_integrator::Safeguard) steps.
+//!   [multigrid](drape_solvers::Multigrid) on the Hessian. `solver=auto`, the default, takes one of
+//!   the last two by the stiffness, see below, or with `jacobian=saved` the saved factor.
+//!   `solver=cholesky` factorises in each iteration: the most exact, and for large sheets by far
+//!   the slowest. `safeguard=work` prolongs [linearised](drape_integrator::Safeguard) steps.
 //!   `tolerance` puts the method under
 //!   [step size control](drape_integrator::Adaptive).
 //!
@@ -57,12 +59,12 @@
 //!
 //! # Where it failed here, and what it cost
 //!
-//! The hanging sheet: 400 particles, shear springs of 0.1 k, k/m = 1e6, h = 0.01 s. A step takes
-//! three Newton iterations, each with one sparse factorisation of 1200 unknowns: about 7 ms. That
-//! is some 600 steps of symplectic Euler, of which about 15 would cover the same time. The sheet
-//! falls like the exact one where IMEX Euler locks. The error is numerical damping: order 1 on a
-//! smooth scene, observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A spinning
-//! sheet loses 4 % of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as accurate there.
+//! The hanging sheet: 400 particles, shear springs of 0.1 k, k/m = 1e6, h = 0.01 s. With factors a
+//! step takes three Newton iterations, each with one of 1200 unknowns: about 7 ms. That is some 600
+//! steps of symplectic Euler, of which about 15 would cover the same time. The sheet falls like the
+//! exact one where IMEX Euler locks. The error is numerical damping: order 1 on a smooth scene,
+//! observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A spinning sheet loses 4 %
+//! of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as accurate there.
 //!
 //! *Saved Jacobians, CG.* 25 steps of 0.01 s on the same sheet (from the record `solver-control`):
 //!
@@ -79,7 +81,7 @@
 //!
 //! | | factorisations | Newton | CG | force evaluations |
 //! |---|---|---|---|---|
-//! | fresh, Cholesky (default) | 5.6 | 4.9 | | 19 |
+//! | fresh, Cholesky | 5.6 | 4.9 | | 19 |
 //! | saved, Cholesky | 5.1 | 13.4 | | 44 |
 //! | diagonal blocks, CG, Eisenstat-Walker | | 8.3 | 740 | 29 |
 //! | saved, CG, `cg_tolerance` 0.3 | 1.0 | 11.7 | 49 | 36 |
@@ -94,7 +96,7 @@
 //!   the same residual. Where springs are compressed a step may have several solutions, and the way
 //!   decides which one is found: on `sheet-on-sphere` multigrid ends 5 mm from the others after 0.2
 //!   s, with `cg_tolerance=1e-6` beside them.
-//! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of the default; the factor is
+//! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of fresh factors; the factor is
 //!   renewed about once a step, and the other settings differ little. With `solver=multigrid` it
 //!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
 //!   grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
@@ -116,12 +118,17 @@
 //!
 //! *The solver by the stiffness.* `solver=auto` takes conjugate gradients with diagonal blocks in
 //! stages up to `τ_x τ_v k/m = 200`, where `k` sums the stiffnesses of all springs at a particle,
-//! and multigrid above, both with the rule of Eisenstat and Walker. It starts at the candidate with
-//! the least residual. It takes a full step where the gradients at both ends say that the potential
-//! falls (approximate Wolfe conditions), and no energy is evaluated then. So a step takes about
-//! half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
+//! and multigrid above, both with the rule of Eisenstat and Walker. From 1000
+//! particles on, conjugate gradients on regular grids run in [single
+//! precision](drape_solvers::SinglePcg) up to 2000, with forcing terms of at most 0.03; Newton's
+//! residual, in double precision, judges what they find, and the step ends at the same one.
+//! Multigrid then keeps its coarse matrices over the iterations of a stage while a solve takes at
+//! most ten cycles. The step starts at the candidate with the least residual. It takes a full step
+//! where the gradients at both ends say that the potential falls (approximate Wolfe conditions),
+//! and no energy is evaluated then. So it takes about half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
 //! a step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly;
-//! first 6 to 60 steps, other work beside it:
+//! first 6 to 60 steps, other work beside it, conjugate gradients in double precision and coarse
+//! matrices renewed in each iteration (`results/profile.md` has today's):
 //!
 //! | `k/m` | greatest `h²k/m` as above | CG | multigrid | `auto` | force evaluations of CG, `auto` |
 //! |---|---|---|---|---|---|

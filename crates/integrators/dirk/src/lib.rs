@@ -81,7 +81,8 @@
 //! * At 1e6 and h = 0.01 s, where the springs vibrate within a step, `sdirk3` is no better than the
 //!   methods of order 2: its stage order is 1.
 //! * `jacobian=saved` takes 27 factorisations for 30 steps at 1e6, 68 at 1e8, and 5 with heavy
-//!   damping (d/m = 1000/s at 1e6), where the default takes 123, 185 and 120. The time is half.
+//!   damping (d/m = 1000/s at 1e6), where `solver=cholesky` takes 123, 185 and 120. The time is
+//!   half.
 //! * One CG solve a stage: 3.36e-4 for 26 CG iterations a step at 1e6, 0.01 s; 8.7e-5 for 14 at
 //!   0.005 s. That is the error of full Newton at a seventh of its time.
 //! * [`safeguard=work`](drape_integrator::Safeguard) iterates again in a stage whose residual adds

@@ -20,7 +20,7 @@ fn bdf_with(pairs: &[(&str, &str)]) -> Box<dyn Integrator> {
 }
 
 fn bdf(steps: &str) -> Box<dyn Integrator> {
-    bdf_with(&[("steps", steps), ("residual", "1e-16")])
+    bdf_with(&[("steps", steps), ("residual", "1e-16"), ("solver", "cholesky")])
 }
 
 /// Both families with each of these numbers of steps, and a name.

@@ -1,7 +1,7 @@
 //! The report: one HTML file with all figures, tables and sentences, which needs no other file.
 
 use super::inline::{inlined, picture, slug, spans_value, verdict};
-use super::{Outline, Part, Section};
+use super::{Outline, Part, Section, Table};
 use crate::{Content, Files, ReportError};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
@@ -68,10 +68,11 @@ fn leads<'a>(sections: &'a [Section], outline: &Outline) -> Vec<&'a str> {
     groups.find(|group| !group.is_empty()).unwrap_or_else(|| drawn().take(1).collect())
 }
 
-/// The text of the report; `files` holds the drawings.
+/// The text of the report; `first` stands beside the answer, `files` holds the drawings.
 pub(crate) fn report(
     sections: &[Section],
     outline: &Outline,
+    first: Option<&Table>,
     files: &Files,
 ) -> Result<String, ReportError> {
     let drawing = |file: &str, content: &Content| match content {
@@ -103,6 +104,7 @@ pub(crate) fn report(
             chapters => Value::from(Serde(chapters(sections, outline))),
             answer => Value::from(Serde(answer(sections, outline))),
             leads => Value::from(Serde(leads(sections, outline))),
+            first => Value::from(Serde(first)),
             drawings => Value::from(Serde(&drawings)),
         })
     };

@@ -29,6 +29,12 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
+/// How far the colours of the forms of a method lie towards white, or towards black where the
+/// colour is light.
+const TONES: [f64; 7] = [0.0, 0.5, 0.25, 0.62, 0.38, 0.56, 0.13];
+/// A colour of more than this weighted sum of its parts (2 : 5 : 1, of 255 each) is light.
+const LIGHT: u32 = 1100;
+
 /// Outlines of the markers, in tenths of half their size.
 const MARKERS: [&[(i32, i32)]; 7] = [
     // Disc (a dodecagon).
@@ -67,6 +73,8 @@ const DASHES: [(i32, i32); 7] = [(1, 0), (9, 4), (3, 3), (14, 5), (6, 6), (18, 3
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     colour: usize,
+    /// Lightness of the colour, of those in [`TONES`].
+    tone: usize,
     shape: usize,
     line: usize,
 }
@@ -79,13 +87,19 @@ impl Look {
 
     /// The n-th look of a family: for n < 7 and up to 49 families no two looks are the same.
     pub const fn of_family(n: usize, family: usize) -> Self {
-        Self { colour: n % 7, shape: (n + family) % 7, line: (n + family / 7) % 7 }
+        Self { colour: n % 7, tone: 0, shape: (n + family) % 7, line: (n + family / 7) % 7 }
     }
 
     /// The look of a method by its place in the registry: no two of 49 have both colour and marker
-    /// in common. Dashes tell forms of a method apart, the first of which has number 0.
+    /// in common. Lightness and dashes tell forms of a method apart, the first of which has number
+    /// 0.
     pub const fn of_method(place: usize, form: usize) -> Self {
-        Self { colour: place % 7, shape: (place + place / 7) % 7, line: (place + form) % 7 }
+        Self {
+            colour: place % 7,
+            tone: form % 7,
+            shape: (place + place / 7) % 7,
+            line: (place + form) % 7,
+        }
     }
 
     /// The same colour with another marker, for forms of a method that have no lines.
@@ -96,12 +110,12 @@ impl Look {
 
     /// Colour and dashes of one property, marker of another.
     pub const fn pair(line: usize, shape: usize) -> Self {
-        Self { colour: line % 7, shape: shape % 7, line: line % 7 }
+        Self { colour: line % 7, tone: 0, shape: shape % 7, line: line % 7 }
     }
 
     /// The same shape in black, for entries of the legend that hold for all series.
     pub(super) const fn in_ink(self) -> Self {
-        Self { colour: 4, ..self }
+        Self { colour: 4, tone: 0, ..self }
     }
 
     /// Colour and marker, which mean one method.
@@ -110,8 +124,17 @@ impl Look {
         (self.colour, self.shape)
     }
 
+    /// The colour, of which further forms have a lighter tone; a darker one where the colour is
+    /// light already.
     pub(super) fn colour(self) -> RGBColor {
-        COLOURS[self.colour]
+        let RGBColor(r, g, b) = COLOURS[self.colour];
+        let light = 2 * u32::from(r) + 5 * u32::from(g) + u32::from(b);
+        let end = if light > LIGHT { 0.0 } else { 255.0 };
+        let mix = |part: u8| {
+            let part = f64::from(part);
+            libm::round(part + TONES[self.tone] * (end - part)) as u8
+        };
+        RGBColor(mix(r), mix(g), mix(b))
     }
 
     /// Outline of a marker of half the width `size` around (0, 0), in pixels.
@@ -172,4 +195,27 @@ impl Fill {
             Self::Crossed => RGBColor(0xf0, 0xcf, 0xe0),
         }
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Seven forms of a method on white: no two tones are alike, and none vanishes.
+    #[test]
+    fn tones_of_a_colour_are_told_apart_from_each_other_and_from_white() {
+        for place in 0..7 {
+            let tones: Vec<_> = (0..7).map(|form| Look::of_method(place, form).colour()).collect();
+            for (n, tone) in tones.iter().enumerate() {
+                let apart = |RGBColor(r, g, b): &RGBColor| {
+                    let parts = [(r, tone.0), (g, tone.1), (b, tone.2)];
+                    parts.map(|(&a, b)| u32::from(a.abs_diff(b))).iter().sum::<u32>()
+                };
+                assert!(tones[..n].iter().all(|other| apart(other) >= 15), "{place}: {tones:?}");
+                assert!(apart(&WHITE_PAPER) >= 120, "{place}: {tone:?}");
+            }
+        }
+    }
+
+    const WHITE_PAPER: RGBColor = RGBColor(255, 255, 255);
 }

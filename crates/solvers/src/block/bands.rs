@@ -164,6 +164,16 @@ impl Bands {
         BandPlanes { planes, stride: *stride, lead: *lead, offsets }
     }
 
+    /// Zeros before row 0 of each plane.
+    pub(super) fn lead(&self) -> usize {
+        self.lead
+    }
+
+    /// Each plane from its first zero to its last.
+    pub(super) fn planes(&self) -> impl Iterator<Item = &[f64]> {
+        self.planes.chunks_exact(self.stride).map(|plane| &plane[..self.lead + self.n + PADDING])
+    }
+
     /// The planes `xx, xy, xz, yy, yz, zz` of the diagonal blocks.
     pub(super) fn diagonal(&self) -> [&[f64]; 6] {
         std::array::from_fn(|c| &self.planes[c * self.stride + self.lead..][..self.n])

@@ -14,6 +14,7 @@
 mod bands;
 mod pairs;
 mod rows;
+mod single;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod tests;
@@ -21,6 +22,7 @@ mod tests;
 use self::bands::Bands;
 use self::pairs::Pairs;
 pub(crate) use self::rows::Rows;
+pub use self::single::SinglePcg;
 use crate::{Constraints, Filter, LinearOperator, Mat3, Vec3};
 use drape_kernels::blocks::{BlockLayout, BlockSink, Coupling};
 use std::borrow::Cow;

@@ -39,6 +39,11 @@ impl BlockJacobi {
         self.planes.len() / 6
     }
 
+    /// The planes `xx, xy, xz, yy, yz, zz` of the inverses.
+    pub(crate) fn planes(&self) -> impl Iterator<Item = &[f64]> {
+        self.planes.chunks_exact(self.stride().max(1)).map(|plane| &plane[..self.n])
+    }
+
     fn reset(&mut self) {
         let stride = self.stride().max(1);
         for (plane, value) in self.planes.chunks_mut(stride).zip([1.0, 0.0, 0.0, 1.0, 0.0, 1.0]) {

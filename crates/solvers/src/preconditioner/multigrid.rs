@@ -154,8 +154,29 @@ impl Multigrid {
         Ok(())
     }
 
-    /// The cycle for the matrix of the last [`update`](Self::update); the identity after a failed
-    /// one or without one.
+    /// Goes on to `a` with the coarse matrices of the last [`update`](Self::update): the cycle stays
+    /// symmetric and positive definite, and serves as long as `a` is like the matrix before.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update), which is called where there is nothing to go on with.
+    pub fn keep(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
+        if !self.ready {
+            return self.update(a);
+        }
+        self.ready = false;
+        let a = a.rows();
+        self.pattern.check(a.pattern())?;
+        if let Some(finest) = self.levels.first_mut() {
+            finest.invert_diagonal(&a)?;
+        } else {
+            self.coarsest.get_mut().factorise_rows(&a)?;
+        }
+        self.ready = true;
+        Ok(())
+    }
+
+    /// The cycle for the matrix of the last [`update`](Self::update) or [`keep`](Self::keep); the
+    /// identity after a failed one or without one.
     pub fn on<'a>(&'a self, a: &'a BlockMatrix) -> Cycle<'a> {
         Cycle { multigrid: self, a: a.rows() }
     }
@@ -288,8 +309,7 @@ impl Level {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
 
-    /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
-    fn update(&mut self, a: &Rows) -> Result<(), SolverError> {
+    fn invert_diagonal(&mut self, a: &Rows) -> Result<(), SolverError> {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for (i, inverse) in self.inverse_diagonal.iter_mut().enumerate() {
             let block = &blocks[pattern.diagonal(i)];
@@ -297,6 +317,13 @@ impl Level {
             let bad = SolverError::NotPositiveDefinite { row: 3 * i, pivot: None };
             *inverse = factor.ok_or(bad)?.inverse();
         }
+        Ok(())
+    }
+
+    /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
+    fn update(&mut self, a: &Rows) -> Result<(), SolverError> {
+        self.invert_diagonal(a)?;
+        let (pattern, blocks) = (a.pattern(), a.blocks());
         self.product.fill(Mat3::zeros());
         for i in 0..a.n() {
             for slot in self.row(i) {

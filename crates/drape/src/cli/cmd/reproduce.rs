@@ -22,8 +22,8 @@ pub(crate) struct Arguments {
     /// part
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     long: bool,
-    /// Begin no cell of a long experiment after so many minutes: the record then names what is
-    /// missing, and the next run goes on
+    /// End a long experiment after so many minutes: the record then names what is missing, and the
+    /// next run goes on, with the run that was under way from its start
     #[arg(long, value_name = "N", requires = "long", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     minutes: Option<u64>,
     #[command(flatten)]

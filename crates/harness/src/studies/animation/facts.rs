@@ -11,6 +11,10 @@ pub const GOOD: f64 = 0.01;
 pub const HEAVY: f64 = 1e-3;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
+/// Where no distance ranks, a good run has the kinetic energy of the true motion within this factor.
+pub const LIVELY: f64 = 1.5;
+/// There its strain exceeds the true one by at most this.
+pub const STRETCHED: f64 = 0.01;
 
 /// All scenes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -47,6 +51,9 @@ pub enum Measure {
     /// The distance of the particles at 0.3 s: cloth that touches or flutters forgets its start, so
     /// that later all motions are equally far apart.
     Trajectory,
+    /// By nothing: after seconds of contact or wind no distance tells runs apart. A run is good if
+    /// it keeps its kinetic energy and its strain.
+    Kept,
 }
 
 /// One cloth in one scene, at 60 frames a second.
@@ -103,9 +110,10 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The noise of what its runs are ranked by, m.
+    /// The noise of what its runs are ranked by, m; 0 where nothing ranks them.
     pub fn floor_m(&self) -> f64 {
         match self.measure {
+            Measure::Kept => 0.0,
             Measure::Shape => self.shape_floor_m,
             Measure::Trajectory => self.trajectory_floor_m,
         }
@@ -120,6 +128,7 @@ impl Scene {
     /// The error by which a run is ranked, m.
     pub fn error(&self, run: &Run) -> Option<f64> {
         match self.measure {
+            Measure::Kept => None,
             Measure::Shape => run.shape_error_m,
             Measure::Trajectory => run.trajectory_error_m,
         }
@@ -172,9 +181,17 @@ impl Run {
     }
 
     /// Whether it is near enough to the true motion, too. Below the noise of the scene nothing is
-    /// told apart.
+    /// told apart. Where no distance ranks, it keeps its kinetic energy and its strain.
     pub fn is_good(&self, scene: &Scene) -> bool {
-        self.is_sound() && scene.error(self).is_some_and(|error| error <= scene.good_m())
+        let is_near = match scene.measure {
+            Measure::Kept => {
+                let is_lively = |kept: f64| (1.0 / LIVELY..=LIVELY).contains(&kept);
+                self.kinetic.is_some_and(is_lively)
+                    && self.excess_strain.is_some_and(|strain| strain <= STRETCHED)
+            }
+            _ => scene.error(self).is_some_and(|error| error <= scene.good_m()),
+        };
+        self.is_sound() && is_near
     }
 }
 

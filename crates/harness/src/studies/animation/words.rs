@@ -1,6 +1,6 @@
 //! The words of the study `animation`: its question, and what its numbers say.
 
-use super::facts::{Facts, GOOD, Run, Scene};
+use super::facts::{Facts, GOOD, LIVELY, Measure, Run, STRETCHED, Scene};
 use crate::studies::names::{labels, methods, range};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
@@ -43,6 +43,13 @@ pub(super) fn long(facts: &Facts) -> Words {
     if !facts.missing.is_empty() {
         caveats.push("`drape reproduce --long` runs what is missing.".to_owned());
     }
+    if facts.scenes.iter().any(|scene| scene.measure == Measure::Kept) {
+        caveats.push(
+            "After seconds on a ball or in the wind two true motions are as far apart as any two \
+             runs: no distance ranks there."
+                .to_owned(),
+        );
+    }
     let conclusion =
         if facts.scenes.is_empty() { "No scene has been run yet.".to_owned() } else { conclusion };
     Words { conclusion, observations, caveats }
@@ -75,7 +82,7 @@ fn in_one_call(facts: &Facts) -> Option<String> {
     let (all, most) = (facts.scenes.len(), good.iter().map(|(_, count)| *count).max()?);
     let names: Vec<_> =
         good.iter().filter(|(_, count)| *count == most).map(|(label, _)| *label).collect();
-    let scale = format!("A frame is good if it is off by {} mm or twice the noise.", mm(GOOD));
+    let scale = scale(facts);
     let said = match most {
         0 => "One call a frame is enough for no form.".to_owned(),
         most if most == all => {
@@ -87,6 +94,22 @@ fn in_one_call(facts: &Facts) -> Option<String> {
         ),
     };
     Some(format!("{scale} {said}"))
+}
+
+/// When a frame is good, in words.
+fn scale(facts: &Facts) -> String {
+    let has = |is_it: fn(Measure) -> bool| facts.scenes.iter().any(|scene| is_it(scene.measure));
+    let kept = format!(
+        "keeps its kinetic energy within a factor of {LIVELY} and stretches by at most {} % more",
+        100.0 * STRETCHED
+    );
+    let near = format!("is off by {} mm or twice the noise", mm(GOOD));
+    let ends = "after seconds on a ball or in the wind";
+    match (has(|measure| measure != Measure::Kept), has(|measure| measure == Measure::Kept)) {
+        (true, true) => format!("A frame is good if it {near}; {ends}, if it {kept}."),
+        (false, true) => format!("A frame is good if it {kept}."),
+        _ => format!("A frame is good if it {near}."),
+    }
 }
 
 /// How many calls explicit forms need.
@@ -156,7 +179,8 @@ fn never(facts: &Facts) -> Option<String> {
 fn caveats(facts: &Facts) -> Vec<String> {
     let of = |value: &dyn Fn(&Scene) -> f64| facts.scenes.iter().map(value).collect::<Vec<f64>>();
     let mut caveats = Vec::new();
-    if let Some(floor) = of(&Scene::floor_m).into_iter().reduce(f64::max) {
+    let ranked = facts.scenes.iter().filter(|scene| scene.measure != Measure::Kept);
+    if let Some(floor) = ranked.map(Scene::floor_m).reduce(f64::max) {
         caveats.push(format!(
             "One micrometre at the start moves what ranks by up to {} mm: smaller errors rank \
              nothing.",
@@ -257,6 +281,33 @@ mod tests {
         ] {
             assert!(all.contains(sentence), "{sentence}: {all}");
         }
+    }
+
+    #[test]
+    fn where_no_distance_ranks_energy_and_strain_decide() {
+        let wind = Scene { measure: Measure::Kept, span_s: 5.0, ..scene() };
+        let of = |label: &str, kinetic: f64, strain: f64| Run {
+            kinetic: Some(kinetic),
+            excess_strain: Some(strain),
+            ..run(label, 1, Verdict::Stable, 0.3)
+        };
+        for (run, is_good) in [
+            (of("far but lively", 1.0, 0.0), true),
+            (of("slow", 0.6, 0.0), false),
+            (of("stretched", 1.0, 0.02), false),
+            (Run { verdict: Verdict::Unstable, ..of("loud", 1.0, 0.0) }, false),
+        ] {
+            assert_eq!(run.is_good(&wind), is_good, "{}", run.label);
+            assert_eq!(wind.error(&run), None);
+        }
+        let runs = vec![of("lively", 1.0, 0.0)];
+        let said = long(&Facts { scenes: vec![wind], runs, missing: Vec::new() });
+        let scale = "A frame is good if it keeps its kinetic energy within a factor of 1.5 and \
+                     stretches by at most 1 % more. One call a frame is enough in every scene";
+        assert!(said.conclusion.starts_with(scale), "{said:?}");
+        let caveats = said.caveats.join(" ");
+        assert!(caveats.contains("no distance ranks there."), "{caveats}");
+        assert!(!caveats.contains("micrometre"), "{caveats}");
     }
 
     #[test]

@@ -203,7 +203,7 @@ const FALLING: [(&str, &str); 4] = [
     (PLAIN_MOTION, "imex-euler:norm=euclid"),
     (UPDATED_MOTION, "imex-updated"),
     (TENSION_ONLY, "imex-updated:implicit=tension"),
-    (IMPLICIT, "backward-euler"),
+    (IMPLICIT, "backward-euler:solver=cholesky"),
 ];
 
 fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessError> {

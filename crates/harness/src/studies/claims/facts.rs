@@ -1,6 +1,7 @@
 //! Records of the experiment `claims`: what was measured for each claim of the paper and for each
 //! expectation about later methods, and the verdict.
 
+use drape_report::number::median_s;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -121,8 +122,6 @@ pub struct TimedCase {
 impl TimedCase {
     /// Median of the samples, s; 0 without samples.
     pub fn median_s(&self) -> f64 {
-        let mut samples = self.samples_ns.clone();
-        samples.sort_unstable();
-        samples.get(samples.len() / 2).map_or(0.0, |&ns| ns as f64 * 1e-9)
+        median_s(&self.samples_ns)
     }
 }

@@ -45,7 +45,7 @@ pub(super) const LESSONS: [Plan; 24] = [
                longer than 1.1 times its rest length is shortened by moving its ends.",
     },
     Plan {
-        method: "backward-euler",
+        method: "backward-euler:solver=cholesky",
         docs: "drape-backward-euler",
         idea: "The forces are those at the end of the step. That is a nonlinear system in the new \
                velocities, solved by Newton's method, which sets up and factorises a matrix in \
@@ -98,7 +98,7 @@ pub(super) const LESSONS: [Plan; 24] = [
                constant matrix, the rest of the force taken anew in each.",
     },
     Plan {
-        method: "dirk",
+        method: "dirk:solver=cholesky",
         docs: "drape-dirk",
         idea: "Two implicit stages (TR-BDF2): half of the step by the trapezoidal rule, the rest \
                by \
@@ -151,13 +151,13 @@ pub(super) const LESSONS: [Plan; 24] = [
                step. What is soft is evaluated less often.",
     },
     Plan {
-        method: "midpoint",
+        method: "midpoint:solver=cholesky",
         docs: "drape-midpoint",
         idea: "One implicit stage, in the middle of the step. Of second order with the cost \
                of backward Euler, and without any damping of its own.",
     },
     Plan {
-        method: "generalized-alpha",
+        method: "generalized-alpha:solver=cholesky",
         docs: "drape-generalized-alpha",
         idea: "Second order with a dial: how much of the fastest motion is left after a step \
                is chosen, and slow motion is kept whatever is chosen.",

@@ -1,7 +1,7 @@
 //! Figures of the experiment `precomputed-inverse`.
 
 use super::facts::{CG, CHOLESKY, Change, DENSE, Facts, Solver, TimingRow, crossover, of};
-use drape_report::number::{significant, trimmed};
+use drape_report::number::{median_s, significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
@@ -110,19 +110,13 @@ fn counts(input: &Input) -> Option<Sheet> {
     (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-fn median(samples: &[u64]) -> f64 {
-    let mut sorted = samples.to_vec();
-    sorted.sort_unstable();
-    sorted.get(sorted.len() / 2).map_or(0.0, |ns| *ns as f64)
-}
-
 /// Median milliseconds.
 fn milliseconds(samples: &[u64]) -> f64 {
-    1e-6 * median(samples)
+    1e3 * median_s(samples)
 }
 
 fn worth(row: &TimingRow) -> f64 {
-    median(&row.rebuild_ns) / median(&row.step_ns)
+    median_s(&row.rebuild_ns) / median_s(&row.step_ns)
 }
 
 fn cost(input: &Input) -> Option<Sheet> {
@@ -278,7 +272,7 @@ fn crossovers(rows: &[TimingRow]) -> Table {
         for row in rows.iter().filter(|row| row.solver == CG && row.series == series) {
             let same = |o: &&TimingRow| o.solver == other && o.particles == row.particles;
             let Some(other) = rows.iter().find(same) else { continue };
-            if median(&row.step_ns) >= median(&other.step_ns) {
+            if median_s(&row.step_ns) >= median_s(&other.step_ns) {
                 first = None;
             } else if first.is_none() {
                 first = Some(row.particles);

@@ -96,15 +96,3 @@ impl Case {
         Some(self.again_m.is_some_and(|error| error <= self.again_good_m))
     }
 }
-
-/// The median of values.
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => None,
-        n if n % 2 == 0 => Some(0.5 * (values[middle - 1] + values[middle])),
-        _ => Some(values[middle]),
-    }
-}

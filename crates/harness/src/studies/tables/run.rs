@@ -11,6 +11,7 @@ use crate::studies::tables::facts::{
 use crate::studies::{Context, Measured, Start, cells, counts, finite, prepared, timed};
 use crate::{HarnessError, reference_energy, system_hash};
 use drape_model::{SystemSpec, TimeSpan};
+use drape_report::number::median_s;
 use std::collections::BTreeMap;
 
 /// Simulated time of each row, s.
@@ -311,8 +312,6 @@ fn time(
     for _ in 0..REPETITIONS {
         samples_ns.push(once(false)?.wall.as_nanos() as u64);
     }
-    let mut sorted = samples_ns.clone();
-    sorted.sort_unstable();
     let mut phased = (0..REPETITIONS).map(|_| once(true)).collect::<Result<Vec<_>, _>>()?;
     phased.sort_by_key(|pass| pass.wall);
     let phased = phased.swap_remove(REPETITIONS / 2);
@@ -323,7 +322,7 @@ fn time(
         matrix: matrix.to_owned(),
         cg_iterations: phased.totals.cg_iterations,
         steps: phased.steps,
-        solver_s: sorted[sorted.len() / 2] as f64 * 1e-9,
+        solver_s: median_s(&samples_ns),
         samples_ns,
         prepare_s: phased.totals.prepare_seconds,
         phases_s: phased.phases.unwrap_or_else(Phases::default),

@@ -94,6 +94,9 @@ pub struct Run {
     pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
+    /// Its other errors, where the study measures them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Beside>,
     /// Modelled time of the run, s: its counts times the prices of the form, which were measured
     /// once and are part of the source. Runs are ranked by it.
     pub modelled_s: f64,
@@ -119,6 +122,21 @@ pub struct Run {
     /// Whether the counts have the same bits on every machine. Errors never have: the reference
     /// passes through a library.
     pub portable: bool,
+}
+
+/// Errors of a run beside that of the positions at the end, against the nearest true motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Beside {
+    /// Mean distance of the surfaces, both ways, mean over time, m.
+    pub shape_m: f64,
+    /// How much the 99th percentile of the strain exceeds the true one, mean over time.
+    pub strain: f64,
+    /// Energy at the end beyond the true one, over what the scene sets free: negative where the
+    /// method dissipates.
+    pub energy: f64,
+    /// Path of the midpoint of the free edge over the true one.
+    pub retained: f64,
 }
 
 /// The cheapest run at one scene and level of error.

@@ -2,8 +2,9 @@
 
 use super::facts::{self, Facts, Row, Run, STIFFNESS, Scene, TimingRow, Winner};
 use crate::families::{families, looks};
+use crate::studies::tiles::told;
 use drape_report::Verdict;
-use drape_report::number::{percent, power, significant};
+use drape_report::number::{median, percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
@@ -84,10 +85,10 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
 }
 
 /// The look of the front.
-const FRONT: Look = Look::pair(4, 3);
+pub(in crate::studies) const FRONT: Look = Look::pair(4, 3);
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 const LEVELS: &str = "errors of 10 %, 1 % and 0.1 %";
-const MODELLED: &str = "modelled time (s)";
+pub(in crate::studies) const MODELLED: &str = "modelled time (s)";
 const ERROR: &str = "error over motion (dimensionless)";
 
 /// Scenes of one series over the stiffness, rising.
@@ -273,7 +274,8 @@ fn size(input: &Input) -> Option<Sheet> {
     sheet(drafts, Cost::Modelled)
 }
 
-fn tile(winner: Option<&Winner>) -> Tile {
+/// A place of a map: the winner's method with its margin, in the colour of its kind.
+pub(in crate::studies) fn tile(winner: Option<&Winner>) -> Tile {
     let Some((label, is_explicit, winner)) =
         winner.and_then(|winner| Some((winner.label.as_deref()?, winner.is_explicit?, winner)))
     else {
@@ -291,6 +293,17 @@ fn tile(winner: Option<&Winner>) -> Tile {
         ties => format!(" +{ties}"),
     });
     Tile { shade, text: format!("{}{margin}", short(label)), is_marked: false }
+}
+
+/// What the colours of a map say.
+pub(in crate::studies) fn legend_of_kinds() -> Vec<(Tile, String)> {
+    let entries = [
+        (Shade::Open, "stiffness limits the step (explicit)"),
+        (Shade::Fair, "it does not (implicit)"),
+        (Shade::Still, "a tie of both kinds"),
+        (Shade::Idle, "not run, or not reached"),
+    ];
+    entries.map(|(shade, text)| (told(shade, ""), text.to_owned())).into()
 }
 
 fn map(input: &Input) -> Option<Matrix> {
@@ -318,13 +331,6 @@ fn map(input: &Input) -> Option<Matrix> {
             });
         }
     }
-    let blank = |shade| Tile { shade, text: String::new(), is_marked: false };
-    let legend = vec![
-        (blank(Shade::Open), "stiffness limits the step (explicit)".to_owned()),
-        (blank(Shade::Fair), "it does not (implicit)".to_owned()),
-        (blank(Shade::Still), "a tie of both kinds".to_owned()),
-        (blank(Shade::Idle), "not run, or not reached".to_owned()),
-    ];
     let columns =
         stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
     let notes = vec![
@@ -332,7 +338,7 @@ fn map(input: &Input) -> Option<Matrix> {
          the time."
             .to_owned(),
     ];
-    (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
+    (!rows.is_empty()).then_some(Matrix { columns, rows, legend: legend_of_kinds(), notes })
 }
 
 /// The quickest verified run for each error, by the clock.
@@ -388,7 +394,7 @@ fn calibration(input: &Input) -> Table {
         Some(vec![
             label.to_owned(),
             number(*least),
-            number(quotients[quotients.len() / 2]),
+            number(median(quotients.iter().copied())?),
             number(*greatest),
             quotients.len().to_string(),
         ])

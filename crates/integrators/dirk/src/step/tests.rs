@@ -27,7 +27,7 @@ fn with(tableau: &str, more: &[(&str, &str)]) -> Box<dyn Integrator> {
 }
 
 fn tight(tableau: &str) -> Box<dyn Integrator> {
-    with(tableau, &[("residual", "1e-16")])
+    with(tableau, &[("residual", "1e-16"), ("solver", "cholesky")])
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn momentum_of_a_free_sheet_is_kept() {
     for tableau in ALL {
         let free = Sheet { tension: 1e6, shear: 1e5, ..Sheet::free() };
         let start = stir(free.build(), 0.0, 0.3);
-        let drift = checks::momentum_drift(with(tableau, &[]), start, 1e-3);
+        let drift = checks::momentum_drift(with(tableau, &[("solver", "cholesky")]), start, 1e-3);
         assert!(drift < 1e-13, "{tableau}: {drift:e}");
     }
 }

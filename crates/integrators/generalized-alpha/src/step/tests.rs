@@ -36,7 +36,7 @@ fn with((family, rho): (&str, &str), more: &[(&str, &str)]) -> Box<dyn Integrato
 }
 
 fn tight(member: (&str, &str)) -> Box<dyn Integrator> {
-    with(member, &[("residual", "1e-16")])
+    with(member, &[("residual", "1e-16"), ("solver", "cholesky")])
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn momentum_of_a_free_sheet_is_kept() {
     for member in ALL {
         let free = Sheet { tension: 1e6, shear: 1e5, ..Sheet::free() };
         let start = stir(free.build(), 0.0, 0.3);
-        let drift = checks::momentum_drift(with(member, &[]), start, 1e-3);
+        let drift = checks::momentum_drift(with(member, &[("solver", "cholesky")]), start, 1e-3);
         assert!(drift < 1e-13, "{member:?}: {drift:e}");
     }
 }

@@ -239,7 +239,7 @@ fn lightest(system: &System) -> f64 {
 impl Descent {
     pub(crate) fn new(system: &System, implicit: Implicit) -> Result<Self, PrepareError> {
         let potential = IncrementalPotential::new(system, implicit);
-        let newton = Newton::new(system, &potential, NewtonLinear::default())?;
+        let newton = Newton::new(system, &potential, NewtonLinear::CHOLESKY)?;
         Ok(Self { potential, newton, by_newton: false, stiffness: None })
     }
 

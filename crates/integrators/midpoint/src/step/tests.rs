@@ -9,7 +9,7 @@ use drape_oracle::recurrence::implicit_midpoint;
 use drape_oracle::scenes::{Sheet, build, floor, particles, stir, tension};
 use drape_oracle::{Run, seconds};
 
-const TIGHT: &[(&str, &str)] = &[("residual", "1e-16")];
+const TIGHT: &[(&str, &str)] = &[("residual", "1e-16"), ("solver", "cholesky")];
 
 fn midpoint(pairs: &[(&str, &str)]) -> Box<dyn Integrator> {
     let settings = MidpointSettings::from_pairs(pairs.iter().copied()).expect("in range");

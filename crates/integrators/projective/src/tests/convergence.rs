@@ -47,7 +47,7 @@ pub(super) fn middle(state: &State) -> Vec3 {
 /// The minimum of the incremental potential of one step, and its inertial start, m/s.
 pub(super) fn newton(system: &System, state: &State) -> (Vec<Vec3>, Vec<Vec3>) {
     let mut potential = IncrementalPotential::new(system, Implicit::Springs);
-    let mut newton = Newton::new(system, &potential, NewtonLinear::default())
+    let mut newton = Newton::new(system, &potential, NewtonLinear::CHOLESKY)
         .unwrap_or_else(|error| panic!("{error}"));
     let mut constraints = Constraints::free(state.len());
     for i in (0..state.len()).filter(|&i| system.pinned()[i]) {

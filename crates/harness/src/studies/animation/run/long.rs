@@ -20,6 +20,7 @@ pub(in crate::studies::animation) fn run(
     let (mut rows, mut hashes) = (Vec::new(), BTreeMap::new());
     for (number, case) in cases.iter().enumerate() {
         let mut setting = Setting::staged(case)?;
+        setting.deadline = context.journal.deadline();
         let films = setting.films();
         let id = setting.scene.id.clone();
         let labels: Vec<_> = films.iter().map(|film| film.form.label.to_owned()).collect();
@@ -28,19 +29,13 @@ pub(in crate::studies::animation) fn run(
         let is_due =
             |k: usize| journal.kept::<Vec<Run>>(&id, k).is_none() && journal.takes(&id, k, false);
         let known = journal.kept(SCENES, number);
-        if (known.is_none() || (0..films.len()).any(is_due)) && !journal.is_late() {
-            setting.find_true_motion()?;
+        let is_due = known.is_none() || (0..films.len()).any(is_due);
+        if is_due && !journal.is_late() && finds_true_motion(&mut setting)? {
             setting.scene = journal.cell(SCENES, number, false, || Ok(setting.scene.clone()))?;
         } else if let Some(scene) = known {
             setting.scene = scene;
-        } else {
-            // Neither the scene nor any form.
-            let none: Vec<Option<()>> = in_time(context, (&id, false), &films, |_| Ok(()))?;
-            debug_assert!(none.iter().all(Option::is_none));
-            let missing = Missing { scene: id, not_run: labels, not_timed: Vec::new() };
-            facts.missing.push(missing);
-            continue;
         }
+        // Without the true motion the time is over, and no form that is due is run.
         let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
         let part = format!("{id}, timings");
         let times = in_time(context, (&part, true), &runs, |runs| {
@@ -58,6 +53,9 @@ pub(in crate::studies::animation) fn run(
         if !(missing.not_run.is_empty() && missing.not_timed.is_empty()) {
             facts.missing.push(missing);
         }
+        if runs.iter().all(Option::is_none) {
+            continue;
+        }
         hashes.insert(id, setting.hash.clone());
         facts.scenes.push(setting.scene);
         facts.runs.extend(runs.into_iter().flatten().flatten());
@@ -68,4 +66,12 @@ pub(in crate::studies::animation) fn run(
     }
     let timings = (!context.quick).then_some(rows);
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(scenes::SEED) })
+}
+
+/// Whether there was time for the true motion of the scene.
+fn finds_true_motion(setting: &mut Setting) -> Result<bool, HarnessError> {
+    match setting.find_true_motion() {
+        Err(HarnessError::Late) => Ok(false),
+        result => result.map(|()| true),
+    }
 }

@@ -4,7 +4,7 @@ use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, TIMED, first_forms, form
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
-use crate::run::{Counts, Runner, Simulation};
+use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::facts::{self, HEAVY, Measure, Run, TimingRow};
 use crate::studies::filmed::{Counters, Stage, samples};
@@ -17,6 +17,7 @@ use drape_model::{SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
 use serde_json::{Value, json};
+use std::time::Instant;
 
 /// Damping of a spring over its stiffness, s.
 pub(super) const LIGHT: f64 = 1e-5;
@@ -149,14 +150,18 @@ impl Case {
         let damping = if self.is_heavy { "heavy" } else { "light" };
         let rate =
             if self.rate == FRAMES_PER_S { String::new() } else { format!(", {} Hz", self.rate) };
-        let span =
-            if self.frames == LONG { format!(", {} s", self.span_s()) } else { String::new() };
+        let span = if self.is_long() { format!(", {} s", self.span_s()) } else { String::new() };
         format!("{place}, {}, {damping}, n={}{rate}{span}", self.fabric, self.side * self.side)
     }
 
     /// Simulated time, s.
     fn span_s(&self) -> f64 {
         f64::from(self.frames) / f64::from(self.rate)
+    }
+
+    /// Whether it lasts for seconds.
+    fn is_long(&self) -> bool {
+        self.span_s() > 1.0
     }
 
     fn damping(&self) -> f64 {
@@ -167,6 +172,7 @@ impl Case {
     fn measure(&self) -> Measure {
         match self.place {
             Place::Hanging | Place::Led => Measure::Shape,
+            Place::Ball | Place::Flag if self.is_long() => Measure::Kept,
             Place::Ball | Place::Flag => Measure::Trajectory,
         }
     }
@@ -245,6 +251,8 @@ pub(super) struct Setting {
     simulation: Simulation,
     camera: Camera,
     members: Vec<Seen>,
+    /// When runs end, whether they are done or not.
+    pub(super) deadline: Option<Instant>,
 }
 
 impl Setting {
@@ -307,7 +315,7 @@ impl Setting {
         };
         let hash = system_hash(&spec);
         let members = Vec::new();
-        Ok(Self { scene, hash, case, simulation, camera, members })
+        Ok(Self { scene, hash, case, simulation, camera, members, deadline: None })
     }
 
     /// Computes the true motions, their noise and their error.
@@ -357,7 +365,24 @@ impl Setting {
     ) -> Result<(Counts, Seen), HarnessError> {
         let time = self.camera.span(substeps, self.case.frames);
         let runner = Runner::new(choice, time).reference(self.scene.released_j).budget(budget);
-        self.camera.film(runner, start, &start.state.x, substeps)
+        let (counts, seen) =
+            self.camera.film(self.in_time(runner), start, &start.state.x, substeps)?;
+        self.check_time(&counts.outcome)?;
+        Ok((counts, seen))
+    }
+
+    /// A run that ends at the deadline.
+    fn in_time<'a>(&self, runner: Runner<'a>) -> Runner<'a> {
+        match self.deadline {
+            Some(deadline) => runner.stop(move |_| Instant::now() >= deadline),
+            None => runner,
+        }
+    }
+
+    /// Refuses a run that ended at the deadline: it says nothing about its method.
+    fn check_time(&self, outcome: &Outcome) -> Result<(), HarnessError> {
+        let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if outcome.is_over_budget && is_late { Err(HarnessError::Late) } else { Ok(()) }
     }
 
     /// Runs with a few numbers of calls.
@@ -503,7 +528,9 @@ impl Stage for Setting {
         let frames = TIMED.max(self.case.frames / 10);
         let (samples_s, seconds) = samples(|| {
             let runner = Runner::new(&choice, self.camera.span(run.substeps, frames)).processor();
-            Ok(runner.go(&mut self.simulation.clone())?.seconds())
+            let outcome = self.in_time(runner).go(&mut self.simulation.clone())?;
+            self.check_time(&outcome)?;
+            Ok(outcome.seconds())
         })?;
         Ok(TimingRow {
             scene: run.scene.clone(),

@@ -34,7 +34,7 @@ const fn costly(form: Form) -> Form {
 const IMEX: &str = "imex-euler:implicit=springs";
 const IMEX_LAST: &str = "imex-euler:implicit=springs,start=last";
 const UPDATED: &str = "imex-updated:implicit=springs";
-const BACKWARD: &str = "backward-euler";
+const BACKWARD: &str = "backward-euler:solver=cholesky";
 const DESBRUN: &str = "desbrun";
 
 const FORMS: [Form; 13] = [

@@ -16,6 +16,7 @@ use crate::studies::{Context, Measured, Start, cells, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, SystemSpec, TimeSpan};
 use drape_report::Verdict;
+use drape_report::number::median_s;
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
@@ -147,8 +148,6 @@ impl Mesh {
         for _ in 0..repetitions {
             samples_ns.push(self.run(&choice, false)?.wall.as_nanos() as u64);
         }
-        let mut sorted = samples_ns.clone();
-        sorted.sort_unstable();
         let phased = self.run(&choice, true)?;
         let particles = self.simulation.system.len();
         let iterations = phased.totals.cg_iterations as f64 / phased.steps as f64;
@@ -157,7 +156,7 @@ impl Mesh {
             particles,
             label: contender.label.to_owned(),
             steps: phased.steps,
-            ns_per_particle_step: sorted[sorted.len() / 2] as f64
+            ns_per_particle_step: 1e9 * median_s(&samples_ns)
                 / (particles as f64 * phased.steps as f64),
             samples_ns,
             least_bytes: bytes::least(contender.label, iterations),

@@ -17,6 +17,7 @@ use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{Reference, ReferenceSettings, reference};
 use drape_report::Verdict;
+use drape_report::number::median_s;
 use runs::{Cell, all};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -39,9 +40,6 @@ const BLOCK_PRODUCT: u64 = 6;
 const SET_UP: u64 = 30;
 const FACTORISATION: u64 = 1000;
 const FACTOR_SOLVE: u64 = 18;
-/// Of multigrid on those blocks: an application, and what a new matrix takes.
-const CYCLE: u64 = 14;
-const COARSE_MATRICES: u64 = 60;
 /// Timed repetitions.
 const REPETITIONS: usize = 3;
 
@@ -125,16 +123,16 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
     let settings = choice.settings();
     let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
     let Totals { cg_iterations, newton_iterations, .. } = *totals;
-    // Newton's solves are direct or CG's; a saved factor or multigrid preconditions.
+    let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
+    // Newton's solves are direct or CG's, which a saved factor may precondition. Cycles of
+    // multigrid count as products.
     let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
-        _ if is("solver", "multigrid") => {
-            CYCLE * cg_iterations + COARSE_MATRICES * newton_iterations
-        }
-        (false, _) => FACTOR_SOLVE * newton_iterations,
         (true, true) => FACTOR_SOLVE * cg_iterations,
         (true, false) => 0,
+        (false, _) if is("solver", "multigrid") => 0,
+        (false, false) if has_blocks && is("solver", "auto") => 0,
+        (false, _) => FACTOR_SOLVE * newton_iterations,
     };
-    let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
     let product = if has_blocks { BLOCK_PRODUCT } else { PRODUCT };
     totals.force_evaluations
         + product * totals.matvecs
@@ -208,15 +206,13 @@ fn time(setting: &Setting, cell: &Cell) -> Result<TimingRow, HarnessError> {
         let outcome = runner.go(&mut setting.simulation.clone())?;
         samples_ns.push(outcome.wall.as_nanos() as u64);
     }
-    let mut sorted = samples_ns.clone();
-    sorted.sort_unstable();
     Ok(TimingRow {
         series: cell.series.to_owned(),
         scene: setting.case.id.to_owned(),
         label: cell.label.to_owned(),
         is_adaptive: cell.is_adaptive,
         value: cell.value,
-        median_s: sorted[REPETITIONS / 2] as f64 * 1e-9,
+        median_s: median_s(&samples_ns),
         samples_ns,
     })
 }

@@ -62,8 +62,8 @@ const PRECONDITIONERS: [(&str, &str); 4] = [
 /// Methods whose steps are varied: label, method, its settings, smallest constant step as 0.01 s
 /// over a power of two, settings of the adaptive run.
 const STEPPED: [(&str, &str, &str, u32, &str); 5] = [
-    ("backward-euler", "backward-euler", "jacobian=saved", 3, ""),
-    ("bdf2", "bdf2", "jacobian=saved", 3, ""),
+    ("backward-euler", "backward-euler", "jacobian=saved,solver=cholesky", 3, ""),
+    ("bdf2", "bdf2", "jacobian=saved,solver=cholesky", 3, ""),
     ("imex-euler", "imex-euler", "forcing_term=1e-8,implicit=springs", 6, ",estimator=splitting"),
     (PLAIN, "imex-euler", "forcing_term=1e-8,implicit=springs", 0, ",estimator=plain"),
     ("imex-sbdf2", "imex-sbdf2", "forcing_term=1e-4", 5, ""),

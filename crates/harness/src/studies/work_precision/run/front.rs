@@ -2,26 +2,22 @@
 
 use super::variants::{DOP853, is_limited_by_stiffness};
 use crate::methods;
-use crate::studies::work_precision::facts::{
-    LEAD, Row, Run, Scene, Tied, Winner, cheapest, cheapest_of,
-};
+use crate::studies::work_precision::facts::{LEAD, Row, Run, Tied, Winner, cheapest, cheapest_of};
 
 /// Levels of error at which winners are named.
 pub(super) const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
-/// Error and modelled time of a run that completed.
-fn point(run: &Run) -> Option<(f64, f64)> {
-    Some((run.error?, run.modelled_s))
-}
-
-/// Marks the runs of a scene that no run beats in both error and modelled time.
-pub(super) fn mark(rows: &mut [Row]) {
-    let points: Vec<_> = rows.iter().flat_map(|row| &row.runs).filter_map(point).collect();
+/// Marks the runs of a scene that no run beats in both error and modelled time. Errors below
+/// `floor` are noise and count as equal to it.
+pub(in crate::studies) fn mark<'a>(rows: impl Iterator<Item = &'a mut Row>, floor: f64) {
+    let mut runs: Vec<&mut Run> = rows.flat_map(|row| &mut row.runs).collect();
+    let point = |run: &Run| Some((run.error?.max(floor), run.modelled_s));
+    let points: Vec<_> = runs.iter().filter_map(|run| point(run)).collect();
     let is_beaten = |(error, effort): (f64, f64)| {
         let beats = |&(e, w): &(f64, f64)| e <= error && w <= effort && (e < error || w < effort);
         points.iter().any(beats)
     };
-    for run in rows.iter_mut().flat_map(|row| &mut row.runs) {
+    for run in &mut runs {
         run.is_on_front = point(run).is_some_and(|point| !is_beaten(point));
     }
 }
@@ -31,8 +27,8 @@ fn id(row: &Row) -> &str {
 }
 
 /// The winner of a scene at a level of error, and the next method.
-pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
-    let rows = || rows.iter().filter(|row| row.scene == scene.id);
+pub(in crate::studies) fn winner(scene: &str, rows: &[Row], level: f64) -> Winner {
+    let rows = || rows.iter().filter(|row| row.scene == scene);
     let best = cheapest(rows(), level);
     // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below
     // his limit: a tie with oneself says nothing.
@@ -54,7 +50,7 @@ pub(super) fn winner(scene: &Scene, rows: &[Row], level: f64) -> Winner {
         ratio: *ratio,
     });
     Winner {
-        scene: scene.id.clone(),
+        scene: scene.to_owned(),
         level,
         label: best.map(|(row, _)| row.label.clone()),
         is_explicit: best.map(|(row, _)| is_limited_by_stiffness(&row.method)),

@@ -1,11 +1,12 @@
 //! Experiment `work-precision`: what accuracy costs.
 
-mod front;
+pub(in crate::studies) mod front;
 mod runs;
 pub(in crate::studies) mod scenes;
 #[cfg(test)]
 mod tests;
 mod timing;
+pub(in crate::studies) mod truth;
 pub(in crate::studies) mod variants;
 
 use crate::HarnessError;
@@ -20,7 +21,7 @@ use variants::VARIANTS;
 /// Most effort of a run of the quick subset, in visits of a spring.
 const QUICK: f64 = 8e6;
 /// Errors beyond this are those of runs that do not follow the motion: recorded, not compared.
-const FOLLOWING: f64 = 0.5;
+pub(in crate::studies) const FOLLOWING: f64 = 0.5;
 
 /// How the timings are taken.
 pub(super) fn timing() -> String {
@@ -54,12 +55,12 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?
             .all()?;
     for rows in rows.chunk_by_mut(|a, b| a.scene == b.scene) {
-        front::mark(rows);
+        front::mark(rows.iter_mut(), 0.0);
     }
     let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
     let winners = scenes
         .iter()
-        .flat_map(|scene| LEVELS.map(|level| front::winner(scene, &rows, level)))
+        .flat_map(|scene| LEVELS.map(|level| front::winner(&scene.id, &rows, level)))
         .collect();
     let facts = Facts { scenes, rows, winners };
     let hashes: std::collections::BTreeMap<_, _> =
@@ -104,7 +105,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
 }
 
 /// What was counted: exact where it is portable, only recorded elsewhere.
-fn counts(key: String, run: &Run) -> Fact {
+pub(in crate::studies) fn counts(key: String, run: &Run) -> Fact {
     let counts = json!({
         "effort": run.effort,
         "modelled_s": run.modelled_s,

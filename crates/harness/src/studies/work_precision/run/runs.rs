@@ -4,10 +4,11 @@ use super::scenes::{SPAN, Setting};
 use super::variants::{DOP853, Knob, Variant, is_limited_by_stiffness};
 use crate::HarnessError;
 use crate::cost::{Counted, prices};
+use crate::film::Seen;
 use crate::methods::Choice;
 use crate::run::{Outcome, Runner};
 use crate::studies::work_precision::facts::{Row, Run};
-use drape_model::{TimeSpan, Vec3};
+use drape_model::TimeSpan;
 use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
 use drape_report::Verdict;
 use std::time::Instant;
@@ -121,6 +122,7 @@ impl Setting {
             step_s,
             verdict: Verdict::OverBudget,
             error: None,
+            beside: None,
             modelled_s: 0.0,
             effort: 0.0,
             steps: 0,
@@ -144,7 +146,10 @@ impl Setting {
         let time = TimeSpan { step_s: SPAN / Self::steps(variant, value), duration_s: SPAN };
         let mut simulation = self.simulation.clone();
         let runner = Runner::new(choice, time).budget(self.case.budget);
-        let outcome = runner.go(&mut simulation)?;
+        let (outcome, seen) = match &self.truth {
+            Some(truth) => truth.watch(runner, &mut simulation, Self::steps(variant, value))?,
+            None => (runner.go(&mut simulation)?, Seen::default()),
+        };
         let Outcome { totals, unconverged, effort, counted, divergence, is_over_budget, .. } =
             outcome;
         let (verdict, error) = if is_over_budget {
@@ -152,14 +157,17 @@ impl Setting {
         } else if divergence.is_some() {
             (Verdict::Diverged, None)
         } else {
-            self.judge(&simulation.state.x)
+            judge(self.error(&simulation.state.x))
         };
+        let watched = self.truth.as_ref().filter(|_| error.is_some());
+        let beside = watched.map(|truth| truth.beside(&simulation, &seen));
         let seconds = totals.seconds + totals.prepare_seconds;
         let run = Run {
             value,
             step_s: Some(time.step_s),
             verdict,
             error,
+            beside,
             modelled_s: counted.seconds(prices().of(variant.method)),
             effort,
             steps: counted.steps,
@@ -186,7 +194,7 @@ impl Setting {
         let nanoseconds = begin.elapsed().as_nanos() as u64;
         let (verdict, error, steps, evaluations) = match result {
             Ok(run) => {
-                let (verdict, error) = self.judge(&run.state.x);
+                let (verdict, error) = judge(self.error(&run.state.x));
                 (verdict, error, run.steps, run.evaluations)
             }
             Err(ReferenceError::StepLimit { steps, .. }) => {
@@ -207,6 +215,7 @@ impl Setting {
             step_s: None,
             verdict,
             error,
+            beside: None,
             modelled_s: counted.seconds(prices().of(DOP853)),
             steps: u64::from(steps),
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
@@ -221,9 +230,9 @@ impl Setting {
         };
         Ok(Timed { run, nanoseconds })
     }
+}
 
-    fn judge(&self, x: &[Vec3]) -> (Verdict, Option<f64>) {
-        let error = Some(self.error(x)).filter(|error| *error < LOST);
-        (if error.is_some() { Verdict::Completed } else { Verdict::Diverged }, error)
-    }
+fn judge(error: f64) -> (Verdict, Option<f64>) {
+    let error = Some(error).filter(|error| *error < LOST);
+    (if error.is_some() { Verdict::Completed } else { Verdict::Diverged }, error)
 }

@@ -1,5 +1,6 @@
 //! The scenes: where the sheet is held and how it starts, its stiffness, damping and size.
 
+use super::truth::Truth;
 use crate::run::Simulation;
 use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
@@ -60,7 +61,7 @@ const SMALL_BUDGET: f64 = 3e7;
 /// Finer runs than one with this error are not asked for.
 const ENOUGH: f64 = 1e-5;
 /// Tolerance of the reference.
-const TOLERANCE: f64 = 1e-10;
+pub(super) const TOLERANCE: f64 = 1e-10;
 
 /// A star around the hanging sheet: its stiffness with light and with heavy damping, two other
 /// scenes, two series of sizes.
@@ -203,8 +204,10 @@ pub(in crate::studies) struct Setting {
     pub(in crate::studies) enough: f64,
     /// The true positions at the end.
     pub(super) exact: Vec<Vec3>,
-    pub(super) hash: String,
+    pub(in crate::studies) hash: String,
     pub(in crate::studies) scene: Scene,
+    /// True motions with their noise, against which runs are held where the study asks for them.
+    pub(super) truth: Option<Truth>,
 }
 
 impl Setting {
@@ -245,13 +248,24 @@ impl Setting {
         };
         let hash = system_hash(spec);
         let simulation = Simulation { system, state };
-        Ok(Self { case: case.clone(), simulation, enough: ENOUGH, exact: tight.x, hash, scene })
+        Ok(Self {
+            case: case.clone(),
+            simulation,
+            enough: ENOUGH,
+            exact: tight.x,
+            hash,
+            scene,
+            truth: None,
+        })
     }
 
-    /// Error of positions at the end.
+    /// Error of positions at the end; where there are several true motions, against the nearest.
     pub(in crate::studies) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
-        position_error(system, &state.x, &self.exact, x)
+        match &self.truth {
+            Some(truth) => truth.error(system, x),
+            None => position_error(system, &state.x, &self.exact, x),
+        }
     }
 }
 

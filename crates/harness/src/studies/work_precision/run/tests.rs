@@ -109,6 +109,7 @@ fn row(label: &str, method: &str, points: &[(f64, f64)]) -> Row {
         step_s: None,
         verdict: Verdict::Completed,
         error: Some(error),
+        beside: None,
         modelled_s: effort,
         effort,
         steps: 0,
@@ -144,17 +145,17 @@ fn the_front_is_what_no_run_beats_and_the_runner_up_is_another_method() {
         row("imex-euler", "imex-euler", &[(0.5, 5.0), (0.008, 75.0), (0.3, 15.0)]),
         row("provot", "provot", &[(0.009, 60.0)]),
     ];
-    front::mark(&mut rows);
+    front::mark(rows.iter_mut(), 0.0);
     let marks: Vec<_> = rows.iter().flat_map(|row| &row.runs).map(|run| run.is_on_front).collect();
     assert_eq!(marks, [true, true, false, true, true, true, false, false]);
     let mut scene = scene(100.0);
     scene.id = "scene".to_owned();
-    let winner = front::winner(&scene, &rows, 0.01);
+    let winner = front::winner(&scene.id, &rows, 0.01);
     assert_eq!(winner.label.as_deref(), Some("leapfrog, Cholesky"));
     assert_eq!((winner.runner_up.as_deref(), winner.ratio), (Some("imex-euler"), Some(1.5)));
     let tied: Vec<_> = winner.tied.iter().map(|tied| tied.label.as_str()).collect();
     assert_eq!(tied, ["imex-euler"], "a run with the winner's answer is no other");
-    assert_eq!(front::winner(&scene, &rows, 1e-3).label, None);
+    assert_eq!(front::winner(&scene.id, &rows, 1e-3).label, None);
 }
 
 #[test]
@@ -172,7 +173,7 @@ fn words_name_where_the_winner_turns_and_who_spends_the_budget() {
         let rough_run = Run { error: Some(0.05), ..rough.runs[0].clone() };
         let over = rough.runs[1].clone();
         facts.rows.push(Row { label: "rough".to_owned(), runs: vec![rough_run, over], ..rough });
-        facts.winners.push(front::winner(&scene, &facts.rows, 0.01));
+        facts.winners.push(front::winner(&scene.id, &facts.rows, 0.01));
         facts.scenes.push(scene);
     }
     let words = super::super::words::words(&facts);

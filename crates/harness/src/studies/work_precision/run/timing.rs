@@ -6,6 +6,7 @@ use super::variants::{VARIANTS, Variant};
 use crate::HarnessError;
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
 use crate::studies::{Context, timed};
+use drape_report::number::median_s;
 
 pub(super) const METHOD: &str = "One run at a time on one thread, with set-up and all steps but \
                                  without what the harness does between them; for `dop853` the \
@@ -61,13 +62,11 @@ fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, H
         samples_ns.push(nanoseconds);
         last = run.error;
     }
-    let mut sorted = samples_ns.clone();
-    sorted.sort_unstable();
     Ok(TimingRow {
         scene: setting.scene.id.clone(),
         label: variant.label.to_owned(),
         value: fact.value,
-        seconds: sorted[sorted.len() / 2] as f64 * 1e-9,
+        seconds: median_s(&samples_ns),
         samples_ns,
         error: last.unwrap_or(f64::MAX),
         is_verified: last.map(f64::to_bits) == fact.error.map(f64::to_bits),

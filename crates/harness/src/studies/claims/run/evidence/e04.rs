@@ -29,7 +29,7 @@ const STIFFNESSES: [f64; 3] = [1e4, 1e6, 1e8];
 const STEPS: [f64; 2] = [0.01, 0.0025];
 const DURATION: f64 = 0.3;
 const ONE: &str = "baraff-witkin:solver=cholesky";
-const CONVERGED: &str = "backward-euler";
+const CONVERGED: &str = "backward-euler:solver=cholesky";
 
 /// One scene and step size: errors over the stiffnesses.
 #[derive(Clone, Debug)]

@@ -41,8 +41,9 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
         numbers.extend(Contest::new(ground)?.efforts(&METHODS, &LEVELS, MOST, is_meant)?);
     }
     let contest = Contest::new(Ground::light(1e6))?;
-    let [euler, other] = ["backward-euler:residual=1e-3", "dirk:residual=1e-3"]
-        .map(|method| at_equal_steps(&contest, method));
+    let [euler, other] =
+        ["backward-euler:residual=1e-3,solver=cholesky", "dirk:residual=1e-3,solver=cholesky"]
+            .map(|method| at_equal_steps(&contest, method));
     let ([error, effort], [other_error, other_effort]) = (euler?, other?);
     numbers.push(Number::new(ERROR, error / other_error, "").against(BETTER).of_machine());
     numbers.push(Number::new(COST, other_effort / effort, "").against(CHEAP).of_machine());

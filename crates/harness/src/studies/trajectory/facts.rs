@@ -1,0 +1,74 @@
+//! Records of the experiment `trajectory`: who follows a smooth motion.
+
+pub use crate::studies::work_precision::facts::{Beside, LEAD, Row, Run, Tied, Winner};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// All scenes and methods.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Facts {
+    /// The scenes, each with its true motions.
+    pub scenes: Vec<Scene>,
+    /// One a scene and form of a method. [`Run::error`] is that of the trajectory.
+    pub rows: Vec<Row>,
+    /// The cheapest run by modelled time at each scene and each error that its noise lets rank.
+    pub winners: Vec<Winner>,
+}
+
+/// The hanging sheet at one stiffness and damping.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Key, e.g. `k/m = 1e6, d/m = 40`.
+    pub id: String,
+    /// How the damping is given: `d/m = 40`, 1/s, or `ζ = 0.1`, of the stiffest mode.
+    pub damping: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Stiffness over mass of the tension springs, 1/s².
+    pub stiffness_over_mass_per_s2: f64,
+    /// Damping over mass of the tension springs, 1/s.
+    pub damping_over_mass_per_s: f64,
+    /// Damping ratio of the stiffest mode of a sheet without edge, with ω² = 4 (k + k_s)/m and
+    /// damping (4 d + 8 d_s)/m.
+    pub damping_ratio: f64,
+    /// Simulated time, s.
+    pub span_s: f64,
+    /// Root of the mass-weighted mean square of how far the particles move in that time, m.
+    pub motion_m: f64,
+    /// Energy that the scene sets free: fall of the potential energy to its least at the end of a
+    /// frame, J.
+    pub released_j: f64,
+    /// Energy that the true motion loses, over that.
+    pub dissipated: f64,
+    /// 99th percentile of the strain of the true motion, mean over time.
+    pub strain: f64,
+    /// Distance of two true motions whose tolerances differ tenfold, over the motion.
+    pub reference_error: f64,
+    /// The tighter of these tolerances.
+    pub reference_tolerance: f64,
+    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm up or
+    /// down. A run is held against the nearest.
+    pub members: usize,
+    /// Mean error of the motions with noise beside the one without: a smaller error means nothing.
+    pub floor: f64,
+    /// The same of the distance of the surfaces, m.
+    pub shape_floor_m: f64,
+    /// The same of the strain.
+    pub strain_floor: f64,
+    /// The same of the energy at the end, over the energy that the scene sets free.
+    pub energy_floor: f64,
+    /// Most effort of a run, in visits of a spring.
+    pub budget: f64,
+}
+
+impl Scene {
+    /// Whether an error is so far above the noise that it ranks: two motions that differ by noise
+    /// alone are apart by the noise, and one that errs as much besides by about twice that.
+    pub fn ranks(&self, level: f64) -> bool {
+        level >= 2.0 * self.floor
+    }
+}

@@ -1,0 +1,91 @@
+//! Experiment `trajectory`: who follows a smooth motion, by stiffness and damping.
+
+mod cases;
+#[cfg(test)]
+mod tests;
+
+use super::facts::{Facts, LEAD};
+use crate::HarnessError;
+use crate::facts::{Fact, fact};
+use crate::methods::runs::work::{Knob, Variant};
+use crate::studies::work_precision::run::front;
+use crate::studies::work_precision::run::truth::{PERTURBED, SEED};
+use crate::studies::work_precision::run::variants::VARIANTS;
+use crate::studies::work_precision::run::{FOLLOWING, counts};
+use crate::studies::{Context, Measured, Start, prepared, taken};
+use cases::{Stage, cases};
+use serde_json::json;
+
+/// Levels of error at which winners are named.
+pub(super) const LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
+/// Most effort of a run of the quick subset, in visits of a spring.
+const QUICK: f64 = 4e6;
+
+/// How the facts are measured.
+pub(super) fn method() -> String {
+    format!(
+        "The hanging sheet of `work-precision`: a part of a cylinder, 1 m × 1 m, every spring at its \
+         rest length, swings down for T = 0.25 s. Its damping is d/m = 0, 10 or 40 s⁻¹, or such \
+         that the stiffest mode has a damping ratio ζ of 0.01, 0.1 or 1. The true motion is that of \
+         DOP853, at tolerance 10⁻¹⁰ in one run without noise and at 10⁻⁹ in {PERTURBED} from starts \
+         whose particles are moved up or down by at most 1 µm (seeded). Noise is the mean distance of these \
+         from the one without. A run is held against the nearest of all of them. Its errors are: \
+         trajectory, the mass-weighted distance of the particles at the end over the motion; shape, \
+         the mean distance of the surfaces at four times; stretch, the 99th percentile of the \
+         strain beyond the true one, mean over these times; energy at the end beyond the true one, \
+         over what the scene sets free. Motion kept is the path of the middle of the free edge \
+         over the true path. Every method runs in all forms of `work-precision`, with steps T/2ʲ \
+         until the trajectory errs by less than {} or by less than the noise, or until a run \
+         leaves the budget of its scene. Runs are ranked by modelled time, as there: a method that \
+         takes less than {LEAD} times as long as the winner ties with it. An error ranks only \
+         where it is at least twice the noise.",
+        LEVELS[2]
+    )
+}
+
+/// The systems from which its runs start.
+pub(super) fn starts() -> Vec<Start> {
+    cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
+}
+
+/// The forms that are run: all of the registry's methods.
+fn forms() -> impl Iterator<Item = &'static Variant> {
+    VARIANTS.iter().filter(|variant| !matches!(variant.knob, Knob::Library(_)))
+}
+
+pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {
+    let mut chosen = cases();
+    chosen.retain(|case| !context.quick || case.is_quick());
+    let stages = prepared(context, "true motions", &chosen, Stage::new)?;
+    let pairs: Vec<_> =
+        stages.iter().flat_map(|stage| forms().map(move |form| (stage, form))).collect();
+    let limit = context.quick.then_some(QUICK);
+    let mut rows =
+        taken(context, "methods", &pairs, |(stage, form)| stage.setting.row(form, limit))?.all()?;
+    let mut winners = Vec::new();
+    for Stage { scene, .. } in &stages {
+        let own = rows.iter_mut().filter(|row| row.scene == scene.id);
+        front::mark(own, scene.floor);
+        let ranked = LEVELS.into_iter().filter(|level| scene.ranks(*level));
+        winners.extend(ranked.map(|level| front::winner(&scene.id, &rows, level)));
+    }
+    let hashes = stages.iter().map(|s| (s.scene.id.clone(), s.setting.hash.clone())).collect();
+    let scenes = stages.into_iter().map(|stage| stage.scene).collect();
+    let facts = Facts { scenes, rows, winners };
+    Ok(Measured { facts, timings: None, scenes: hashes, seed: Some(SEED) })
+}
+
+/// Its facts, as they are compared.
+pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
+    let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), false, scene));
+    let rows = facts.rows.iter().flat_map(|row| {
+        row.runs.iter().flat_map(move |run| {
+            let key = format!("{}, {}, {}={}", row.scene, row.label, row.knob, run.value);
+            let is_near = run.error.is_some_and(|error| error < FOLLOWING);
+            let errors = is_near.then(|| json!({ "error": run.error, "beside": run.beside }));
+            let outcome = json!({ "verdict": run.verdict, "step_s": run.step_s, "errors": errors });
+            [fact(format!("{key} outcome"), false, &outcome), counts(format!("{key} counts"), run)]
+        })
+    });
+    scenes.chain(rows).collect()
+}

@@ -1,0 +1,111 @@
+//! What the study rests on: its scenes, their noise, and errors that fall.
+
+use super::cases::{Case, Damping, Stage, cases};
+use super::*;
+use crate::studies::trajectory::facts::Run;
+use drape_model::Vec3;
+use drape_report::Verdict;
+
+fn stage(stiffness: f64, damping: Damping) -> Stage {
+    Stage::new(&Case { stiffness, damping }).expect("a valid scene")
+}
+
+#[test]
+fn every_stiffness_has_every_damping_once_and_one_is_quick() {
+    let cases = cases();
+    assert_eq!(cases.len(), 30);
+    for (n, case) in cases.iter().enumerate() {
+        assert!(!cases[..n].contains(case), "{case:?}");
+    }
+    assert_eq!(cases.iter().filter(|case| case.is_quick()).count(), 1);
+}
+
+/// The stiffest mode of the sheet as it starts, by power iteration on its springs, has the damping
+/// ratio that the scene is named by.
+#[test]
+fn the_damping_ratio_is_that_of_the_stiffest_mode() {
+    for (stiffness, ratio) in [(1e2, 0.01), (1e6, 0.1), (1e10, 1.0)] {
+        let case = Case { stiffness, damping: Damping::Ratio(ratio) };
+        let spec = case.spec().expect("a valid scene");
+        let (system, state) = spec.build().expect("a valid scene");
+        let masses = &spec.particles.mass_kg;
+        let apply = |x: &[Vec3], along: bool| {
+            let mut y = vec![Vec3::zeros(); x.len()];
+            for spring in &spec.springs {
+                let (i, j) = (spring.i as usize, spring.j as usize);
+                let n = (state.x[i] - state.x[j]).normalize();
+                let apart = x[i] - x[j];
+                let force = if along {
+                    n * (spring.stiffness_n_per_m * n.dot(&apart))
+                } else {
+                    apart * spring.damping_n_s_per_m
+                };
+                y[i] += force / masses[i];
+                y[j] -= force / masses[j];
+            }
+            for (y, is_pinned) in y.iter_mut().zip(system.pinned()) {
+                if *is_pinned {
+                    *y = Vec3::zeros();
+                }
+            }
+            y
+        };
+        let dot = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+        let mut random = drape_oracle::Random::new(1);
+        let mut draw = || random.between(-1.0, 1.0);
+        let mut mode: Vec<Vec3> =
+            state.x.iter().map(|_| Vec3::new(draw(), draw(), draw())).collect();
+        for _ in 0..2000 {
+            let next = apply(&mode, true);
+            let length = dot(&next, &next).sqrt();
+            mode = next.iter().map(|y| y / length).collect();
+        }
+        let square = dot(&mode, &apply(&mode, true));
+        let damping = dot(&mode, &apply(&mode, false));
+        let measured = damping / (2.0 * square.sqrt());
+        assert!((measured / ratio - 1.0).abs() < 0.05, "{case:?}: {measured}");
+    }
+}
+
+/// Noise is that of the starts: damping takes it away, and it is far below the motion on a soft
+/// sheet.
+#[test]
+fn noise_is_small_on_soft_sheets_and_errors_of_all_kinds_fall_with_the_step() {
+    let Stage { scene, setting } = stage(1e2, Damping::Ratio(1.0));
+    assert!(scene.floor > 1e-7 && scene.floor < 1e-4, "{scene:?}");
+    assert!(scene.reference_error < 0.01 * scene.floor, "{scene:?}");
+    assert!(scene.dissipated > 0.0 && scene.released_j > 0.0, "{scene:?}");
+    assert!(scene.ranks(1e-3) && !scene.ranks(scene.floor));
+    let form = |label: &str| forms().find(|form| form.label == label).expect("a known form");
+    for label in ["symplectic-euler", "baraff-witkin"] {
+        let row = setting.row(form(label), Some(QUICK)).expect("runs");
+        let runs: Vec<&Run> = row.runs.iter().filter(|run| run.beside.is_some()).collect();
+        let (first, last) = (runs[0], runs[runs.len() - 1]);
+        assert!(runs.len() > 2 && last.verdict == Verdict::Completed, "{label}: {row:?}");
+        let errors = |run: &Run| {
+            let beside = run.beside.expect("errors");
+            [run.error.expect("an error"), beside.shape_m, beside.energy.abs()]
+        };
+        for (n, (coarse, fine)) in errors(first).into_iter().zip(errors(last)).enumerate() {
+            assert!(fine < 0.5 * coarse, "{label} {n}: {coarse} {fine}");
+        }
+        let kept = last.beside.expect("errors").retained;
+        assert!((kept - 1.0).abs() < 0.05, "{label}: {kept}");
+        // A linearised step of backward Euler dissipates.
+        assert!(label != "baraff-witkin" || last.beside.expect("errors").energy < 0.0, "{last:?}");
+    }
+}
+
+/// A run that is one of the true motions is off by nothing from it, though it is off by noise from
+/// the one without.
+#[test]
+fn a_run_is_held_against_the_nearest_true_motion() {
+    let Stage { scene, setting } = stage(1e4, Damping::OverMass(0.0));
+    let ends = setting.true_ends();
+    assert_eq!(ends.len(), scene.members);
+    for end in ends {
+        assert_eq!(setting.error(end), 0.0);
+    }
+    let start = setting.simulation.state.x.clone();
+    assert!((setting.error(&start) - 1.0).abs() < 1e-3);
+}

@@ -1,0 +1,255 @@
+//! The words of the study `trajectory`: its question, and what its numbers say.
+
+use super::facts::{Facts, LEAD, Row, Run, Scene, Winner};
+use crate::studies::names::{methods, range};
+use drape_report::Words;
+use drape_report::number::{percent, power, significant};
+
+/// The question that the study answers.
+pub(super) const QUESTION: &str =
+    "Which method follows a smooth motion at least cost, for each stiffness and damping?";
+/// Studies that a reader should know before this one.
+pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
+
+/// The error of which the sentences speak, and a rough one.
+const LEVEL: f64 = 1e-2;
+const ROUGH: f64 = 1e-1;
+
+/// What the facts say.
+pub(super) fn words(facts: &Facts) -> Words {
+    let parts = [count(facts), implicit(facts), unranked(facts)];
+    let observations =
+        [leaders(facts), noise(facts), by_energy(facts), beside(facts), retained(facts)];
+    Words {
+        conclusion: parts.into_iter().flatten().collect::<Vec<_>>().join(" "),
+        observations: observations.into_iter().flatten().collect(),
+        caveats: caveats(facts),
+    }
+}
+
+/// Which kind of method leads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    Explicit,
+    Implicit,
+    Tie,
+}
+
+/// The winner of a scene at an error; none where its noise lets nothing rank.
+pub(super) fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner> {
+    facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level)
+}
+
+/// The kind that leads; a tie where a method of the other kind costs less than [`LEAD`] times as
+/// much.
+pub(super) fn kind(winner: &Winner) -> Option<Kind> {
+    let is_explicit = winner.is_explicit?;
+    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
+    Some(match is_explicit {
+        _ if is_tie => Kind::Tie,
+        true => Kind::Explicit,
+        false => Kind::Implicit,
+    })
+}
+
+/// The scenes on which an error ranks and is reached, with the kind that leads.
+fn kinds(facts: &Facts) -> Vec<(&Scene, Kind)> {
+    let of = |scene| Some((scene, kind(winner(facts, scene, LEVEL)?)?));
+    facts.scenes.iter().filter_map(of).collect()
+}
+
+fn error() -> String {
+    percent(LEVEL, 1)
+}
+
+/// How often each kind leads.
+fn count(facts: &Facts) -> Option<String> {
+    let kinds = kinds(facts);
+    let of = |kind| kinds.iter().filter(|(_, other)| *other == kind).count();
+    (!kinds.is_empty()).then(|| {
+        format!(
+            "For an error of {}, explicit methods alone lead on {} of {} sheets, implicit ones \
+             alone on {}, and both kinds tie on {}.",
+            error(),
+            of(Kind::Explicit),
+            kinds.len(),
+            of(Kind::Implicit),
+            of(Kind::Tie)
+        )
+    })
+}
+
+/// From where on implicit methods lead alone.
+fn implicit(facts: &Facts) -> Option<String> {
+    let kinds = kinds(facts);
+    let own = || kinds.iter().filter(|(_, kind)| *kind == Kind::Implicit).map(|(scene, _)| *scene);
+    let least = |of: fn(&Scene) -> f64| own().map(of).reduce(f64::min);
+    let stiffness = power(least(|scene| scene.stiffness_over_mass_per_s2)?);
+    let ratio = significant(least(|scene| scene.damping_ratio)?, 2);
+    Some(format!(
+        "Implicit methods lead alone only from k/m = {stiffness} s⁻² on, and only where the \
+         stiffest mode has a damping ratio of at least {ratio}."
+    ))
+}
+
+/// How often noise forbids a ranking.
+fn unranked(facts: &Facts) -> Option<String> {
+    let noisy = facts.scenes.iter().filter(|scene| !scene.ranks(LEVEL)).count();
+    (noisy > 0).then(|| {
+        format!(
+            "On {noisy} of {} sheets {} does not rank, because a start that differs by 1 µm moves \
+             the end by more than half of that.",
+            facts.scenes.len(),
+            error()
+        )
+    })
+}
+
+/// The id of a form's method: its label up to a comma.
+pub(super) fn id(label: &str) -> &str {
+    label.split(',').next().unwrap_or(label)
+}
+
+/// Methods that lead or tie for an error, each with the number of scenes: the most first.
+pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for winner in facts.winners.iter().filter(|winner| winner.level == level) {
+        let tied = winner.tied.iter().map(|tied| tied.label.as_str());
+        let mut names: Vec<&str> =
+            winner.label.as_deref().into_iter().chain(tied).map(id).collect();
+        names.sort_unstable();
+        names.dedup();
+        for name in names {
+            match counts.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((name, 1)),
+            }
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+    counts
+}
+
+fn leaders(facts: &Facts) -> Option<String> {
+    let counts = frequent(facts, LEVEL);
+    let most = counts.first()?.1;
+    let names: Vec<_> =
+        counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
+    let all = kinds(facts).len();
+    Some(format!(
+        "Most often, on {most} of {all} sheets, {} leads or ties for {}.",
+        methods(&names),
+        error()
+    ))
+}
+
+/// The noise of the calmest and of the wildest sheet.
+fn noise(facts: &Facts) -> Option<String> {
+    let of = |scene: &&Scene| scene.floor;
+    let by = |a: &&Scene, b: &&Scene| of(a).total_cmp(&of(b));
+    let (least, most) = (facts.scenes.iter().min_by(by)?.floor, facts.scenes.iter().max_by(by)?);
+    let share = |floor: f64| format!("{} %", significant(100.0 * floor, 2));
+    (facts.scenes.len() > 1).then(|| {
+        format!(
+            "Starts that differ by 1 µm end apart by {} to {} of the motion, most at {}.",
+            share(least),
+            share(most.floor),
+            most.id
+        )
+    })
+}
+
+/// Runs of a scene.
+pub(super) fn runs<'a>(
+    facts: &'a Facts,
+    scene: &'a Scene,
+) -> impl Iterator<Item = (&'a Row, &'a Run)> + Clone {
+    let rows = facts.rows.iter().filter(move |row| row.scene == scene.id);
+    rows.flat_map(|row| row.runs.iter().map(move |run| (row, run)))
+}
+
+/// The cheapest run that is good.
+pub(super) fn cheapest<'a>(
+    runs: impl Iterator<Item = (&'a Row, &'a Run)>,
+    is_good: impl Fn(&Run) -> bool,
+) -> Option<(&'a Row, &'a Run)> {
+    runs.filter(|(_, run)| is_good(run))
+        .min_by(|(_, a), (_, b)| a.modelled_s.total_cmp(&b.modelled_s))
+}
+
+/// On how many sheets energy has another winner than the trajectory.
+fn by_energy(facts: &Facts) -> Option<String> {
+    let mut all = 0;
+    let mut others = 0;
+    for scene in facts.scenes.iter().filter(|s| s.ranks(LEVEL) && s.energy_floor <= 0.5 * LEVEL) {
+        let good = |run: &Run| run.beside.is_some_and(|beside| beside.energy.abs() <= LEVEL);
+        let Some(winner) = winner(facts, scene, LEVEL).filter(|w| w.label.is_some()) else {
+            continue;
+        };
+        let Some((row, _)) = cheapest(runs(facts, scene), good) else { continue };
+        let tied = winner.tied.iter().map(|tied| tied.label.as_str());
+        let mut known = winner.label.as_deref().into_iter().chain(tied);
+        all += 1;
+        others += usize::from(!known.any(|label| id(label) == id(&row.label)));
+    }
+    let error = error();
+    (all > 0).then(|| {
+        format!(
+            "On {others} of {all} sheets the cheapest run with {error} of the energy neither leads \
+             nor ties for {error} of the trajectory."
+        )
+    })
+}
+
+/// The other errors of runs that follow the trajectory.
+fn beside(facts: &Facts) -> Option<String> {
+    let good = facts.scenes.iter().filter(|scene| scene.ranks(LEVEL)).flat_map(|scene| {
+        let own = runs(facts, scene).map(|(_, run)| run);
+        own.filter(|run| run.error.is_some_and(|error| error <= LEVEL))
+    });
+    let good: Vec<_> = good.filter_map(|run| run.beside).collect();
+    let most = |of: fn(&super::facts::Beside) -> f64| good.iter().map(of).reduce(f64::max);
+    Some(format!(
+        "Runs within {} of the trajectory are off by up to {} mm in shape, {} % in strain and {} % \
+         in energy.",
+        error(),
+        significant(1e3 * most(|b| b.shape_m)?, 2),
+        significant(100.0 * most(|b| b.strain.abs())?, 2),
+        significant(100.0 * most(|b| b.energy.abs())?, 2)
+    ))
+}
+
+/// The motion that runs keep.
+fn retained(facts: &Facts) -> Option<String> {
+    let all = facts.rows.iter().flat_map(|row| &row.runs);
+    let near = all.filter(|run| run.error.is_some_and(|error| error <= ROUGH));
+    let kept: Vec<f64> = near.filter_map(|run| Some(run.beside?.retained)).collect();
+    let kept = range(&kept, |share| significant(share, 3))?;
+    Some(format!("Runs within {} of the trajectory keep {kept} of the motion.", percent(ROUGH, 1)))
+}
+
+fn caveats(facts: &Facts) -> Vec<String> {
+    let ranked = facts.winners.iter().filter(|w| w.level == LEVEL && w.label.is_some());
+    let ties = ranked.clone().filter(|winner| !winner.tied.is_empty()).count();
+    let sizes: Vec<f64> = facts.scenes.iter().map(|scene| scene.particles as f64).collect();
+    let mut caveats = vec![
+        format!(
+            "Steps are powers of two and modelled time is off by some per cent, so a lead below a \
+             factor of {LEAD} is a tie: {ties} of {} winners lead by less.",
+            ranked.count()
+        ),
+        "The motion is short and smooth, without contact: `animation` asks about five seconds and \
+         `rest` about where cloth comes to lie."
+            .to_owned(),
+    ];
+    if let Some(sizes) = range(&sizes, |size| size.to_string()) {
+        caveats.push(format!(
+            "Sheets have {sizes} particles; the stiffest are the smallest, so a column is not one \
+             cloth at another stiffness."
+        ));
+    }
+    caveats
+}
+
+#[cfg(test)]
+mod tests;

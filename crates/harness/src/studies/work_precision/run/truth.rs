@@ -1,0 +1,197 @@
+//! True motions of a scene from starts that differ by noise, and how far a run is from them.
+
+use super::scenes::{Case, SPAN, Setting, TOLERANCE};
+use crate::HarnessError;
+use crate::film::{Camera, Seen, mean, threads};
+use crate::run::{Outcome, Runner, Simulation};
+use crate::studies::sheet::cut;
+use crate::studies::work_precision::facts::Beside;
+use drape_model::{State, System, SystemSpec, Vec3};
+use drape_oracle::Random;
+use drape_oracle::order::position_error;
+use drape_oracle::reference::{ReferenceSettings, adaptive};
+
+/// Of the perturbed starts.
+pub(in crate::studies) const SEED: u64 = 20;
+/// Starts beside the one without noise.
+pub(in crate::studies) const PERTURBED: usize = 8;
+/// Most by which a particle is moved up or down in a perturbed start, m.
+const NOISE_M: f64 = 1e-6;
+/// Frames in the span, a power of two, so that steps of halves of the span end on them.
+const FRAMES: u32 = 8;
+/// Frames from one look at the surface to the next.
+const STRIDE: u32 = 2;
+
+/// The true motions.
+#[derive(Clone)]
+pub(in crate::studies) struct Truth {
+    camera: Camera,
+    /// Positions at the start without noise, m.
+    start: Vec<Vec3>,
+    /// The motion without noise, then those with noise.
+    members: Vec<Member>,
+    /// Fall of the potential energy from the start to its least at the end of a frame, J.
+    released_j: f64,
+}
+
+/// One true motion.
+#[derive(Clone)]
+struct Member {
+    /// Positions at the end, m.
+    end: Vec<Vec3>,
+    seen: Seen,
+    /// Total energy at the end, J.
+    energy_j: f64,
+}
+
+/// What is known of the true motions.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::studies) struct Noise {
+    /// Mean over the perturbed motions of their error beside the one without noise.
+    pub(in crate::studies) error: f64,
+    /// The same of the distance of the surfaces, m.
+    pub(in crate::studies) shape_m: f64,
+    /// The same of the strain, whatever its sign.
+    pub(in crate::studies) strain: f64,
+    /// The same of the energy at the end over what is released.
+    pub(in crate::studies) energy: f64,
+    /// Energy that the scene sets free, J.
+    pub(in crate::studies) released_j: f64,
+    /// Energy that the true motion loses, over that.
+    pub(in crate::studies) dissipated: f64,
+    /// 99th percentile of the strain of the true motion, mean over time.
+    pub(in crate::studies) true_strain: f64,
+}
+
+/// The states at the ends of the frames.
+fn motion(system: &System, start: &State, tolerance: f64) -> Result<Vec<State>, HarnessError> {
+    let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
+    let mut states: Vec<State> = Vec::new();
+    for _ in 0..FRAMES {
+        let from = states.last().unwrap_or(start);
+        let next = adaptive(system, from, SPAN / f64::from(FRAMES), settings)?.state;
+        states.push(next);
+    }
+    Ok(states)
+}
+
+fn energy(system: &System, state: &State) -> f64 {
+    system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
+}
+
+impl Setting {
+    /// A scene whose runs are held against the nearest of an ensemble of true motions. They are
+    /// watched for their other errors too.
+    pub(in crate::studies) fn among_noise(case: &Case) -> Result<(Self, Noise), HarnessError> {
+        let spec = case.spec()?;
+        let (system, state) = spec.build()?;
+        let tight = motion(&system, &state, TOLERANCE)?;
+        let loose = motion(&system, &state, 10.0 * TOLERANCE)?;
+        let truth = Truth::new(&spec, &system, &state, &tight)?;
+        let noise = truth.noise(&system, &state);
+        let ends = [tight, loose].map(|states| states.last().unwrap_or(&state).clone());
+        let setting = Self::of(case, &spec, TOLERANCE, |_, _| Ok(ends))?;
+        Ok((Self { truth: Some(truth), ..setting }, noise))
+    }
+}
+
+impl Truth {
+    fn new(
+        spec: &SystemSpec,
+        system: &System,
+        state: &State,
+        tight: &[State],
+    ) -> Result<Self, HarnessError> {
+        let side = system.len().isqrt();
+        let camera = Camera {
+            triangles: cut(side as u32),
+            threads: threads(spec),
+            tracked: vec![side * (side - 1) + side / 2],
+            rate: f64::from(FRAMES) / SPAN,
+            frames: FRAMES,
+            stride: STRIDE,
+        };
+        let member = |states: &[State]| {
+            let seen = camera.look_at(system, &state.x, states);
+            let end = states.last().unwrap_or(state);
+            Member { end: end.x.clone(), seen, energy_j: energy(system, end) }
+        };
+        let mut members = vec![member(tight)];
+        let mut random = Random::new(SEED);
+        for _ in 0..PERTURBED {
+            let mut start = state.clone();
+            for (x, is_pinned) in start.x.iter_mut().zip(system.pinned()) {
+                x.z += if *is_pinned { 0.0 } else { random.between(-NOISE_M, NOISE_M) };
+            }
+            members.push(member(&motion(system, &start, 10.0 * TOLERANCE)?));
+        }
+        let potential = |state: &State| system.potential_energy(&state.x);
+        let least = tight.iter().map(potential).fold(f64::INFINITY, f64::min);
+        let released_j = potential(state) - least;
+        Ok(Self { camera, start: state.x.clone(), members, released_j })
+    }
+
+    fn noise(&self, system: &System, state: &State) -> Noise {
+        let (first, others) = (&self.members[0], &self.members[1..]);
+        let of = |apart: &dyn Fn(&Member) -> f64| mean(others.iter().map(apart));
+        let strain = |member: &Member| mean_strain(&member.seen);
+        let off = |energy_j: f64| (energy_j - first.energy_j) / self.released_j;
+        Noise {
+            error: of(&|other| position_error(system, &self.start, &first.end, &other.end)),
+            shape_m: of(&|other| self.camera.shape_apart(&first.seen, &other.seen)),
+            strain: of(&|other| (strain(other) - strain(first)).abs()),
+            energy: of(&|other| off(other.energy_j).abs()),
+            released_j: self.released_j,
+            dissipated: off(energy(system, state)),
+            true_strain: strain(first),
+        }
+    }
+
+    /// Makes a run of so many steps.
+    pub(super) fn watch<'a>(
+        &'a self,
+        runner: Runner<'a>,
+        simulation: &mut Simulation,
+        steps: f64,
+    ) -> Result<(Outcome, Seen), HarnessError> {
+        self.camera.glance(runner, simulation, steps as u32 / FRAMES)
+    }
+
+    /// The error of positions at the end, against the nearest motion, and which that is.
+    fn nearest(&self, system: &System, x: &[Vec3]) -> (f64, &Member) {
+        let error = |member: &Member| position_error(system, &self.start, &member.end, x);
+        let first = &self.members[0];
+        let others = self.members[1..].iter().map(|member| (error(member), member));
+        others.fold((error(first), first), |best, next| if next.0 < best.0 { next } else { best })
+    }
+
+    /// The error of positions at the end.
+    pub(super) fn error(&self, system: &System, x: &[Vec3]) -> f64 {
+        self.nearest(system, x).0
+    }
+
+    /// The other errors.
+    pub(super) fn beside(&self, simulation: &Simulation, seen: &Seen) -> Beside {
+        let Simulation { system, state } = simulation;
+        let (_, member) = self.nearest(system, &state.x);
+        Beside {
+            shape_m: self.camera.shape_apart(seen, &member.seen),
+            strain: mean_strain(seen) - mean_strain(&member.seen),
+            energy: (energy(system, state) - member.energy_j) / self.released_j,
+            retained: seen.path / member.seen.path,
+        }
+    }
+}
+
+fn mean_strain(seen: &Seen) -> f64 {
+    mean(seen.looks.iter().map(|look| look.strain))
+}
+
+#[cfg(test)]
+impl Setting {
+    /// The true positions at the end, m.
+    pub(in crate::studies) fn true_ends(&self) -> Vec<&[Vec3]> {
+        let members = self.truth.iter().flat_map(|truth| &truth.members);
+        members.map(|member| member.end.as_slice()).collect()
+    }
+}
