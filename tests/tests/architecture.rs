@@ -395,7 +395,6 @@ const SAMPLES: [Sample; 4] = [
             "crates/harness/tests/common/work.rs",
             "crates/harness/tests/draw.rs",
             // Only a study whose numbers stand in the prose is named there.
-            "tests/src/splice.rs",
             "crates/harness/src/studies/uses.rs",
             // Only a study that compares all methods is named there.
             "tests/tests/rows.rs",

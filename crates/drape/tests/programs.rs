@@ -56,6 +56,29 @@ fn a_program_runs_under_its_own_name() {
     assert_eq!(run.totals.force_evaluations, 5);
 }
 
+/// One program stands still, another answers garbage: both take part, neither is advised.
+#[test]
+fn programs_are_compared_and_one_that_fails_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let compare = |out: &str| {
+        let words = ["compare", "hanging-textile-1e4", "--duration", "0.1", "--budget", "60s"];
+        let methods = ["--methods", "leapfrog,program:./mine.sh", "--out", out];
+        let output = drape(folder.path(), &[&words[..], &methods].concat());
+        let (said, told) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        assert!(said.contains("leapfrog:"), "{said}");
+        said
+    };
+    write(folder.path(), ECHO);
+    let said = compare("still");
+    let locks = said.lines().find(|line| line.starts_with("locks ")).unwrap_or_default();
+    assert!(locks.contains("program:./mine.sh"), "{said}");
+    write(folder.path(), "echo garbage");
+    let said = compare("garbage");
+    let refused = said.lines().find(|line| line.starts_with("refused ")).unwrap_or_default();
+    assert!(refused.contains("`garbage`") && refused.contains("program:./mine.sh"), "{said}");
+}
+
 /// What was recorded before the failure is kept, one sentence is said, and the exit code is 3.
 #[test]
 fn a_program_that_fails_in_a_run_is_named_and_the_record_is_kept() {

@@ -40,10 +40,19 @@ pub fn percent(share: f64) -> String {
 impl Expected {
     /// What theory says about a run from the present state.
     pub fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
+        Self::by(|| simulation.lever(time.duration_s), choice, time)
+    }
+
+    /// The same, with a [lever](Lever) that is asked for where the method has implicit springs.
+    pub(crate) fn by(
+        lever: impl FnOnce() -> Result<Lever, Unforeseen>,
+        choice: &Choice,
+        time: TimeSpan,
+    ) -> Self {
         if choice.method().supports == Supports::Explicit {
             return Self::Explicit;
         }
-        match simulation.lever(time.duration_s) {
+        match lever() {
             Err(reason) => Self::Unforeseen(reason),
             Ok(lever) => match lever.share(choice, time.step_s) {
                 Some(share) => Self::Share(lever, share),
@@ -296,6 +305,16 @@ fn spun((kind, reason): (Judged, String), spin_share: Option<f64>) -> (Judged, S
         (Judged::Locked, format!("{lost}; {reason}"))
     } else {
         (kind, format!("{reason}; {left} of its spin is left"))
+    }
+}
+
+/// Whether a run that gained no energy is locked. Where the check cannot say, theory does.
+pub(crate) fn is_locked(kept: Kept, expected: impl FnOnce() -> Expected) -> bool {
+    match kept {
+        Kept::Share { share, .. } if share >= LOCKED => false,
+        Kept::Share { .. } => motion(Some(kept), &expected()).0 == Judged::Locked,
+        Kept::Still => false,
+        Kept::Unknown(_) => expected().share().is_some_and(|share| share < LOCKED),
     }
 }
 

@@ -29,7 +29,7 @@ fn on_signal(_act: impl FnMut() + Send + 'static) {}
 /// Ends the process at once and says how to go on: its journal holds every finished cell.
 pub(crate) fn end_and_tell() {
     on_signal(|| {
-        tell!("\ndrape: interrupted; finished cells are kept; to go on: {}", command(&["--fresh"]));
+        tell!("drape: interrupted; finished cells are kept; to go on: {}", command(&["--fresh"]));
         std::process::exit(INTERRUPTED.into());
     });
 }
@@ -39,7 +39,7 @@ pub(crate) fn end_and_tell() {
 pub(crate) fn flag() -> &'static AtomicBool {
     on_signal(|| {
         if FLAG.swap(true, Ordering::Relaxed) {
-            tell!("\ndrape: interrupted twice; nothing is kept");
+            tell!("drape: interrupted twice; nothing is kept");
             std::process::exit(INTERRUPTED.into());
         }
     });

@@ -19,6 +19,7 @@ use drape_harness::studies::Allocated;
 use drape_harness::{HarnessError, Source};
 use std::process::ExitCode;
 use std::sync::OnceLock;
+use std::time::Instant;
 
 /// Tells the bytes that the process holds, where the program counts them.
 static ALLOCATED: OnceLock<Allocated> = OnceLock::new();
@@ -27,6 +28,14 @@ static ALLOCATED: OnceLock<Allocated> = OnceLock::new();
 pub(crate) fn count_with(allocated: Allocated) {
     // A second program in one process would count the same bytes.
     let _ = ALLOCATED.set(allocated);
+}
+
+/// When the program began.
+static BEGAN: OnceLock<Instant> = OnceLock::new();
+
+/// When the program began, as far as it has seen: budgets count from there.
+fn began() -> Instant {
+    *BEGAN.get_or_init(Instant::now)
 }
 
 /// Tells the bytes that the process has allocated and not freed, where the program counts them.
@@ -90,6 +99,7 @@ enum Command {
 
 /// Reads the command line and does what it asks for.
 pub(crate) fn main() -> ExitCode {
+    began();
     let outcome = match Cli::parse().command {
         Command::Reproduce(arguments) => cmd::reproduce::run(&arguments),
         Command::Run(arguments) => cmd::run::run(&arguments),

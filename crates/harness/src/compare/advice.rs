@@ -170,7 +170,14 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             }
         },
     );
-    if !truth.moves {
+    if !truth.is_trusted {
+        told(
+            "warning",
+            "runs that agree with themselves may still be wrong; a longer --budget may find the \
+             true motion"
+                .to_owned(),
+        );
+    } else if !truth.moves {
         told("note", "nothing moves in this scene: only the time tells methods apart".to_owned());
     }
     let expect = |run: &Run| {

@@ -141,7 +141,8 @@ pub struct Run {
     pub verdict: Verdict,
     /// Distance from the true motion by the metric, m; with self-convergence from the run before.
     pub error_m: Option<f64>,
-    /// Mean path of all free particles over that of the true motion.
+    /// Mean path of all free particles over that of the true motion. Without a true motion, the
+    /// share of the motion that the run kept beside references in a few windows.
     pub retained: Option<f64>,
     /// Greatest rise of the energy over what the scene sets free.
     pub gain: Option<f64>,

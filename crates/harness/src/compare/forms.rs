@@ -21,6 +21,15 @@ pub(super) struct Entry {
     pub(super) substeps: Substeps,
 }
 
+impl Entry {
+    /// A choice by its full name.
+    pub(super) fn of(choice: &Choice) -> Self {
+        let substeps =
+            if is_explicit(choice.method()) { Substeps::Limit } else { Substeps::Ladder };
+        Self { label: choice.full_id(), choice: choice.clone(), substeps }
+    }
+}
+
 /// All forms of the registry: those of the study of animation, and each method at its defaults.
 fn registered() -> impl Iterator<Item = Film> {
     methods::runs().flat_map(|(method, runs)| {
@@ -72,15 +81,14 @@ pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
         }
         let choice = Choice::parse(&method, &[])?;
         let id = choice.method().id;
-        if method == id {
-            let own = |film: &Film| film.form.method.split(':').next() == Some(id);
-            for film in registered().filter(own) {
-                entries.push(entry(&film)?);
-            }
-        } else {
-            let substeps =
-                if is_explicit(choice.method()) { Substeps::Limit } else { Substeps::Ladder };
-            entries.push(Entry { label: method, choice, substeps });
+        let own = |film: &Film| method == id && film.form.method.split(':').next() == Some(id);
+        let known = entries.len();
+        for film in registered().filter(own) {
+            entries.push(entry(&film)?);
+        }
+        // Settings of one's own, or a program, which the registry does not know.
+        if entries.len() == known {
+            entries.push(Entry { label: method, ..Entry::of(&choice) });
         }
     }
     let mut seen = Vec::new();

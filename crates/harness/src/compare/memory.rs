@@ -84,10 +84,11 @@ fn points(flat: &[f64]) -> Vec<Vec3> {
 const TRUTH: &str = "true motion";
 
 impl<'a> Memory<'a> {
-    pub(super) fn new(journal: &'a Journal) -> Self {
+    /// What the journal holds. The time of this process began at `began`, or begins now.
+    pub(super) fn new(journal: &'a Journal, began: Option<Instant>) -> Self {
         let at = |cell: &serde_json::Value| cell.get("at_s").and_then(serde_json::Value::as_f64);
         let spent = journal.results().filter_map(at).fold(0.0, f64::max);
-        let now = Instant::now();
+        let now = began.unwrap_or_else(Instant::now);
         let spent = Duration::try_from_secs_f64(spent).unwrap_or_default();
         Self { journal, begin: now.checked_sub(spent).unwrap_or(now) }
     }

@@ -6,8 +6,10 @@
 //!    (`race`).
 //! 3. The best are timed again, and [`advise`] reads the advice from the record.
 //!
-//! The budget is wall time. Which runs fit into it depends on the machine; the result of a run, its
-//! times aside, does not. An interrupted comparison goes on from its journal (`memory`).
+//! The budget is wall time. It counts from [`Options::began`], such as the start of the program, and
+//! keeps [`Options::reserve`] for what follows, such as the page. Which runs fit into it depends on
+//! the machine; the result of a run, its times aside, does not. An interrupted comparison goes on
+//! from its journal (`memory`).
 //!
 //! ```
 //! use drape_harness::compare::{Options, advise, compare};
@@ -39,7 +41,7 @@ mod tests;
 mod truth;
 
 pub use advice::{Advice, Pick, advise, lines, quoted};
-pub use page::{PageError, Request, record, write};
+pub use page::{PageError, Request, page_time, record, write};
 pub use race::DOMINATED;
 
 use crate::film::Seen;
@@ -59,23 +61,26 @@ use pace::Pace;
 use race::{Entrant, Lap, Track, race};
 use stage::Stage;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use truth::{Found, find, verdict};
 
-/// Shares of the time that have passed when the true motion and the race must end; the rest is for
-/// timing the best again, and for the page.
+/// Shares of the time without the reserve that have passed when the true motion, the race and the
+/// timing of the best must end. The rest is for steps that cannot be divided.
 const TRUTH_SHARE: f64 = 0.3;
 const RACE_SHARE: f64 = 0.85;
 const TIMING_SHARE: f64 = 0.95;
 /// Share of a film after which a run may be stopped as dominated.
 const EARLY: f64 = 0.1;
-/// Forms that are timed again, and how often.
-const FINALISTS: usize = 5;
-const REPETITIONS: u32 = 2;
+/// Forms that are timed again, and how often, in turns.
+const FINALISTS: usize = 6;
+const REPETITIONS: u32 = 5;
 /// A frame counts at most this many times the median.
 const SPIKE: f64 = 5.0;
-/// Forms up to this many times as slow as the best are timed again.
+/// Forms up to this many times as slow as the best by one timing are timed again. After the first
+/// turn only [ties](facts::TIE) are.
 const NEAR: f64 = 2.0;
+/// Greatest share of the budget that may be kept in reserve.
+const MOST_RESERVED: f64 = 0.5;
 
 /// By what runs are ranked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,10 +106,16 @@ pub struct Options {
     pub rate: f64,
     /// Wall time for all.
     pub budget: Duration,
+    /// When that time began; `None`: at the call.
+    pub began: Option<Instant>,
+    /// How much of it is kept for what follows the comparison; at most half.
+    pub reserve: Duration,
     /// Of the perturbed starts.
     pub seed: u64,
     /// Runs every form until it meets the target, whatever others do.
     pub exhaustive: bool,
+    /// A form that takes this many times as long a frame as the best stops, unless `exhaustive`.
+    pub dominated: f64,
     /// By what runs are ranked.
     pub clock: Clock,
     /// Only the forms that fall to this shard.
@@ -121,8 +132,11 @@ impl Default for Options {
             target_m: None,
             rate: 60.0,
             budget: Duration::from_secs(60),
+            began: None,
+            reserve: Duration::ZERO,
             seed: 20,
             exhaustive: false,
+            dominated: DOMINATED,
             clock: Clock::Wall,
             shard: None,
             interrupt: None,
@@ -193,7 +207,7 @@ pub fn resume(
     journal: &Journal,
     progress: &dyn Fn(&Tick<'_>),
 ) -> Result<Comparison, HarnessError> {
-    let memory = Memory::new(journal);
+    let memory = Memory::new(journal, options.began);
     let begin = memory.begin();
     check(options)?;
     let mut entries = forms::chosen(options.methods.as_deref())?;
@@ -213,8 +227,8 @@ pub fn resume(
         }
         .into());
     }
-    let until =
-        |share: f64| Deadline::new(begin + options.budget.mul_f64(share), options.interrupt);
+    let span = options.budget - options.reserve.min(options.budget.mul_f64(MOST_RESERVED));
+    let until = |share: f64| Deadline::new(begin + span.mul_f64(share), options.interrupt);
     let tick = |part: &'static str, leads: Option<&str>| {
         progress(&Tick { part, elapsed: begin.elapsed(), leads });
     };
@@ -229,29 +243,11 @@ pub fn resume(
             found
         }
     };
-    let Found { truth, members } = found;
     tick("probes", None);
-    let count = entries.len();
-    let mut course = Course {
-        good_m: truth.good_m(stage.scene.target_m),
-        stage: &stage,
-        entries: &entries,
-        truth: &truth,
-        members: &members,
-        memory,
-        clock: options.clock,
-        exhaustive: options.exhaustive,
-        deadline: until(RACE_SHARE),
-        before: vec![None; count],
-        replayed: vec![None; count],
-        ends: vec![None; count],
-        refusals: vec![None; count],
-        runs: Vec::new(),
-        best: None,
-        tick: &tick,
-    };
+    let mut course = Course::new((&stage, &entries), &found, memory, until(RACE_SHARE), &tick);
+    (course.clock, course.exhaustive) = (options.clock, options.exhaustive);
     let mut entrants = course.entrants()?;
-    let factor = if options.exhaustive { f64::INFINITY } else { DOMINATED };
+    let factor = if options.exhaustive { f64::INFINITY } else { options.dominated };
     race(&mut entrants, &mut course, factor)?;
     if options.clock == Clock::Wall {
         course.deadline = until(TIMING_SHARE);
@@ -266,11 +262,51 @@ pub fn resume(
             refusal,
         });
     let forms = forms.collect();
+    let Found { truth, members } = found;
     let hash = stage.hash.clone();
     let true_end = members.first().and_then(|seen| Some(seen.looks.last()?.x.clone()));
     let seconds = begin.elapsed().as_secs_f64();
     let facts = Facts { scene: stage.scene, truth, forms, runs, seconds };
     Ok(Comparison { facts, hash, true_end, ends })
+}
+
+/// One run, held against a true motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Checked {
+    /// Its error, m; `None` where it was not sound.
+    pub(crate) error_m: Option<f64>,
+    /// Error that counts as met, m.
+    pub(crate) good_m: f64,
+    /// Whether a true motion was found that the run can be held against.
+    pub(crate) is_trusted: bool,
+}
+
+/// Runs one form with so many steps a frame, and holds it against a true motion, for which three
+/// tenths of the budget may be spent.
+///
+/// # Errors
+/// As [`compare`].
+pub(crate) fn check_run(
+    name: &str,
+    spec: &SystemSpec,
+    duration_s: f64,
+    options: &Options,
+    (choice, substeps): (&Choice, u32),
+) -> Result<Checked, HarnessError> {
+    check(options)?;
+    let stage = Stage::new(name, spec, duration_s, options)?;
+    let begin = Instant::now();
+    let until = |share: f64| Deadline::new(begin + options.budget.mul_f64(share), None);
+    let found = find(&stage, until(TRUTH_SHARE))?;
+    let (good_m, is_trusted) = (found.truth.good_m(stage.scene.target_m), found.truth.is_trusted);
+    let entries = [Entry::of(choice)];
+    let journal = Journal::none();
+    let memory = Memory::new(&journal, None);
+    let mut course = Course::new((&stage, &entries), &found, memory, until(1.0), &|_, _| ());
+    course.clock = options.clock;
+    course.lap(0, substeps, f64::INFINITY)?;
+    let error = course.runs.first().filter(|run| run.is_sound()).and_then(|run| run.error_m);
+    Ok(Checked { error_m: error, good_m, is_trusted })
 }
 
 /// Seconds a frame of a run of so many steps a frame, by the clock: those of its steps alone.
@@ -371,7 +407,36 @@ fn refusal(error: HarnessError) -> Result<String, HarnessError> {
     }
 }
 
-impl Course<'_> {
+impl<'a> Course<'a> {
+    /// A course on which nothing was run, by the clock.
+    fn new(
+        (stage, entries): (&'a Stage, &'a [Entry]),
+        Found { truth, members }: &'a Found,
+        memory: Memory<'a>,
+        deadline: Deadline,
+        tick: &'a dyn Fn(&'static str, Option<&str>),
+    ) -> Self {
+        let count = entries.len();
+        Self {
+            good_m: truth.good_m(stage.scene.target_m),
+            stage,
+            entries,
+            truth,
+            members,
+            memory,
+            clock: Clock::Wall,
+            exhaustive: false,
+            deadline,
+            before: vec![None; count],
+            replayed: vec![None; count],
+            ends: vec![None; count],
+            refusals: vec![None; count],
+            runs: Vec::new(),
+            best: None,
+            tick,
+        }
+    }
+
     /// All forms with their ladders. A few steps of each tell what they cost, and what it refuses.
     fn entrants(&mut self) -> Result<Vec<Entrant>, HarnessError> {
         let mut entrants = Vec::new();
@@ -476,6 +541,11 @@ impl Course<'_> {
         finalists.truncate(FINALISTS);
         let frames = f64::from(self.stage.scene.frames);
         for repetition in 0..REPETITIONS {
+            if repetition > 0 {
+                let times = || finalists.iter().map(|&n| self.runs[n].frame_s);
+                let least = times().fold(f64::INFINITY, f64::min);
+                finalists.retain(|&n| self.runs[n].frame_s <= facts::TIE * least);
+            }
             for &n in &finalists {
                 let (form, substeps) = (self.runs[n].form, self.runs[n].substeps);
                 let choice = &self.entries[form].choice;
@@ -520,10 +590,12 @@ impl Track for Course<'_> {
         let early = (EARLY * f64::from(frames)).ceil().max(1.0) as usize;
         let (mut clock, mut reason) = (Vec::with_capacity(frames as usize), None);
         let mut spent = 0.0;
+        let mut check = self.stage.motion_check(choice, substeps);
         let deadline = self.deadline;
         let ratio = best.as_ref().map_or(f64::INFINITY, |best| most / best.frame_s);
         let stop = |moment: &Moment<'_>| {
             spent = pace.seconds(moment);
+            check.look(moment);
             if moment.step.is_multiple_of(u64::from(substeps)) {
                 clock.push(spent);
                 let place = clock.len();
@@ -548,6 +620,11 @@ impl Track for Course<'_> {
             }
         };
         let outcome = &counts.outcome;
+        if let Some(failure) = outcome.divergence.as_ref().filter(|end| end.is_outside) {
+            // A program of the user failed: that is no verdict on its method.
+            self.refusals[form] = Some(failure.criterion.clone());
+            return Ok(Lap { frame_s: 0.0, is_good: false, end: Some(End::Refused) });
+        }
         let step_s = spent / outcome.steps.max(1) as f64;
         let mut run = Run {
             form,
@@ -576,6 +653,14 @@ impl Track for Course<'_> {
                 finite((counts.energy.gain - truth.gain_j).max(0.0) / released.max(1e-300))
             });
             run.verdict = verdict(truth, &counts, run.retained);
+            if run.is_sound() {
+                let effort = counts.outcome.effort;
+                let still = self.stage.stands_still(choice, substeps, (&check, effort), truth);
+                run.retained = run.retained.or(still.share);
+                if still.is_locked {
+                    run.verdict = Verdict::Locked;
+                }
+            }
             if run.explodes() {
                 run.retained = None;
             } else {

@@ -5,7 +5,7 @@ use super::facts::{End, Facts, Form, Metric, Run};
 use super::{Comparison, Options};
 use crate::families::{families, labels};
 use crate::{HarnessError, Source, provenance};
-use drape_model::{SystemSpec, Vec3};
+use drape_model::{System, SystemSpec, Vec3};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
 use drape_report::file::{write_atomically, write_json};
 use drape_report::number::significant;
@@ -16,6 +16,7 @@ use drape_report::{
     Content, Figure, Provenance, RECORD_FORMAT, Record, ReportError, Words, printable,
 };
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Name of the record.
 const NAME: &str = "compare";
@@ -109,6 +110,21 @@ pub fn write(
     Ok(vec![json, html])
 }
 
+/// Time of all of a page but its pictures.
+const PLAIN: Duration = Duration::from_millis(80);
+
+/// How long [`write`] will take, about: from the time of a picture of the start.
+///
+/// # Errors
+/// [`HarnessError`] where the system is refused.
+pub fn page_time(spec: &SystemSpec) -> Result<Duration, HarnessError> {
+    let begin = Instant::now();
+    let (system, state) = spec.build()?;
+    let first = [("start".to_owned(), &state.x)];
+    sheet(spec, &system, &first, 0.0).png().ok();
+    Ok(begin.elapsed() * (SHOWN + 1) as u32 + PLAIN)
+}
+
 /// Why a comparison could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
@@ -135,7 +151,9 @@ fn method(facts: &Facts) -> String {
          up to 10 looks in {} frames. A run is locked if its energy is stable and its free \
          particles move, on average, less than half of the true path. Each form runs with rising \
          numbers of steps a frame until it meets the target or would take more than three times as \
-         long as another that does. Time a frame: wall time of the steps alone, set-up aside, on \
+         long as another that does. Without a true motion a run is locked if it keeps less than half \
+         of what a reference moves in up to three short windows, or, where there is no reference, \
+         of what theory expects. Time a frame: wall time of the steps alone, set-up aside, on \
          one \
          thread, the least of the repetitions; a frame that takes more than five times the median \
          counts as five. Which runs were made depends on the time; results of \
@@ -179,7 +197,8 @@ fn words(facts: &Facts, advice: &Advice) -> Words {
     if !facts.truth.is_trusted {
         caveats.push(
             "No true motion was found in the time: errors are distances to the same form with half \
-             the steps, which a locked motion passes too."
+             the steps. Such runs may agree and still be wrong. Only runs that stand still are left \
+             out, by a cheap check."
                 .to_owned(),
         );
     }
@@ -264,23 +283,28 @@ fn ends(comparison: &Comparison, spec: &SystemSpec) -> Result<Option<Image>, Har
         return Ok(None);
     }
     let (system, _) = spec.build()?;
-    let subject = Subject::new(spec, system.obstacles());
     let end = facts.scene.frame_s * f64::from(facts.scene.frames);
-    let subject = subject.at(end);
+    Ok(Some(sheet(spec, &system, &shown, end)))
+}
+
+/// Positions of the cloth at a time, side by side, each with its label.
+fn sheet(spec: &SystemSpec, system: &System, shown: &[(String, &Vec<Vec3>)], time: f64) -> Image {
+    let subject = Subject::new(spec, system.obstacles());
+    let subject = subject.at(time);
     let points: Vec<Vec3> = shown.iter().flat_map(|(_, x)| subject.points(x)).collect();
     let (subject, points) = subject.into_owned().on_ground(points);
     let aspect = f64::from(SIDES[0]) / f64::from(SIDES[1]);
     let camera = Camera::fit(View::default(), &points, aspect);
     let head = Font::Small.height() + 8;
     let mut sheet = Image::new(SIDES[0] * shown.len() as u32, SIDES[1] + head);
-    for (n, (label, x)) in (0..).zip(&shown) {
-        let x = system.display_positions(x, end);
+    for (n, (label, x)) in (0..).zip(shown) {
+        let x = system.display_positions(x, time);
         sheet.paste(&draw(&subject, &x, &camera, SIDES), n * SIDES[0], head);
         let most = (SIDES[0] / Font::Small.width("x").max(1)) as usize;
         let label: String = label.chars().take(most.saturating_sub(2)).collect();
         sheet.write(&label, n * SIDES[0] + 8, 4, Font::Small, Colour::INK);
     }
-    Ok(Some(sheet))
+    sheet
 }
 
 fn tables(facts: &Facts) -> Vec<Table> {

@@ -2,16 +2,16 @@
 //!
 //! The cheapest predicted run goes first, so the first form that meets the target is near the best
 //! one. A form whose next run would take more than three times as long a frame as the best stops:
-//! it is *dominated*. A form that meets the target stops too, after one try between its last
-//! failure and its success where it may be the winner.
+//! it is *dominated*. A form that meets the target stops too, once its last failure and its success
+//! are near each other, or once it cannot win even with one step more than that failure.
 
-use super::facts::{End, TIE};
+use super::facts::End;
 use crate::HarnessError;
 
 /// A form that takes this many times as long as the best is dominated.
 pub const DOMINATED: f64 = 3.0;
 /// Two numbers of steps a frame are tried between if they differ by more than this factor.
-const WIDE: f64 = 1.3;
+const WIDE: f64 = 1.15;
 
 /// What came of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +47,6 @@ pub(super) struct Entrant {
     failed: u32,
     /// Fewest steps a frame that met the target, and the time a frame, s.
     pub(super) good: Option<(u32, f64)>,
-    /// A number of steps between the two, to be tried.
-    between: Option<u32>,
     /// Why it runs no more.
     pub(super) end: Option<End>,
 }
@@ -56,7 +54,7 @@ pub(super) struct Entrant {
 impl Entrant {
     /// A form that takes about `step_s` seconds a step.
     pub(super) fn new(ladder: Vec<u32>, step_s: f64) -> Self {
-        Self { ladder, next: 0, step_s, failed: 0, good: None, between: None, end: None }
+        Self { ladder, next: 0, step_s, failed: 0, good: None, end: None }
     }
 
     /// Steps a frame of the next run and its predicted time a frame, s.
@@ -64,40 +62,40 @@ impl Entrant {
         if self.end.is_some() {
             return None;
         }
-        let substeps = self.between.or_else(|| self.ladder.get(self.next).copied())?;
+        let substeps = match self.good {
+            Some((good, _)) => u32::midpoint(self.failed, good),
+            None => self.ladder.get(self.next).copied()?,
+        };
         Some((substeps, f64::from(substeps) * self.step_s))
+    }
+
+    /// The least time a frame that is left to win by fewer steps, s.
+    fn hope(&self) -> Option<f64> {
+        let (good, frame_s) = self.good?;
+        Some(frame_s * f64::from(self.failed + 1) / f64::from(good))
     }
 
     fn took(&mut self, substeps: u32, lap: Lap) {
         if lap.frame_s.is_finite() {
             self.step_s = lap.frame_s / f64::from(substeps);
         }
-        let is_between = self.between.take().is_some();
-        if is_between {
-            if lap.is_good {
-                self.good = Some((substeps, lap.frame_s));
-            }
-            self.end = Some(End::Good);
-            return;
-        }
         self.next += 1;
-        if let Some(end) = lap.end {
-            self.end = Some(end);
-        } else if lap.is_good {
+        if lap.is_good && lap.end.is_none() {
             self.good = Some((substeps, lap.frame_s));
-            let middle = (self.failed + substeps) / 2;
-            let is_wide = f64::from(substeps) > WIDE * f64::from(self.failed.max(1));
-            if self.failed > 0 && middle > self.failed && is_wide {
-                self.between = Some(middle);
-            } else {
-                self.end = Some(End::Good);
-            }
         } else {
             self.failed = substeps;
-            if self.next == self.ladder.len() {
-                self.end = Some(End::Exhausted);
-            }
         }
+        self.end = match (lap.end, self.good) {
+            // What ends a try between the two ends no form that has met the target.
+            (Some(_), Some(_)) => Some(End::Good),
+            (Some(end), None) => Some(end),
+            (None, Some((good, _))) => {
+                let is_wide = f64::from(good) > WIDE * f64::from(self.failed);
+                let is_between = self.failed > 0 && good > self.failed + 1 && is_wide;
+                (!is_between).then_some(End::Good)
+            }
+            (None, None) => (self.next == self.ladder.len()).then_some(End::Exhausted),
+        };
     }
 }
 
@@ -121,10 +119,9 @@ pub(super) fn race(
         let best = best(entrants);
         for entrant in entrants.iter_mut() {
             let Some((_, predicted)) = entrant.prediction() else { continue };
-            if let Some((_, good)) = entrant.good {
-                // It tries to improve only where it may win.
-                if factor.is_finite() && is_dominated(good, best, TIE) {
-                    (entrant.between, entrant.end) = (None, Some(End::Good));
+            if let Some(hope) = entrant.hope() {
+                if is_dominated(hope, best, 1.0) {
+                    entrant.end = Some(End::Good);
                 }
             } else if is_dominated(predicted, best, factor) {
                 entrant.end = Some(End::Dominated);
@@ -205,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_winner_tries_a_number_of_steps_between_failure_and_success() {
+    fn a_winner_halves_the_way_between_failure_and_success() {
         // Good from 3 steps on: 2 fails, 4 is good, then 3.
         let (entrants, track) = run(&[(1.0, 3)], 1e9, DOMINATED);
         assert_eq!(track.laps, [(0, 1), (0, 2), (0, 4), (0, 3)]);
@@ -213,6 +210,18 @@ mod tests {
         // Good from 4 on: the try fails, and 4 stays.
         let (entrants, _) = run(&[(1.0, 4)], 1e9, DOMINATED);
         assert_eq!(entrants[0].good, Some((4, 4.0)));
+        // Good from 11 on, which lies between 8 and 16; 10 and 11 are near enough.
+        let (entrants, track) = run(&[(1.0, 11)], 1e9, DOMINATED);
+        assert_eq!(track.laps[4..], [(0, 16), (0, 12), (0, 10), (0, 11)]);
+        assert_eq!((entrants[0].good, entrants[0].end), (Some((11, 11.0)), Some(End::Good)));
+    }
+
+    #[test]
+    fn a_form_that_cannot_win_by_fewer_steps_does_not_try() {
+        // The second is good with 16 steps. With 9 it would take 9 ms a frame, more than 4 ms.
+        let (entrants, track) = run(&[(1.0, 4), (1.0, 12)], 1e9, f64::INFINITY);
+        assert_eq!(entrants[1].good, Some((16, 16.0)));
+        assert!(track.laps.iter().all(|&(form, n)| form == 0 || n != 12), "{:?}", track.laps);
     }
 
     #[test]

@@ -2,16 +2,20 @@
 
 use super::Options;
 use super::deadline::Deadline;
-use super::facts::{Metric, Scene};
+use super::facts::{Metric, Scene, Truth};
 use super::pace::Pace;
 use crate::film::{Camera, Seen, look_apart, mean, threads};
+use crate::judgement::{self, Expected};
+use crate::kept::{Kept, MotionCheck};
 use crate::methods::Choice;
+use crate::motion::{LOCKED, Lever, Unforeseen, implicit_springs};
 use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::gershgorin;
 use crate::{HarnessError, system_hash};
-use drape_integrator::ExplicitNumbers;
+use drape_integrator::{ExplicitNumbers, Implicit};
 use drape_model::{Numbering, SystemSpec, Vec3, Violation};
 use drape_oracle::Random;
+use std::sync::OnceLock;
 
 /// Most frames.
 const MOST_FRAMES: f64 = 100_000.0;
@@ -40,9 +44,18 @@ pub(super) struct Stage {
     camera: Camera,
     /// Positions at the start, in the order of the specification, m.
     first: Vec<Vec3>,
-    /// Steps a frame within Gershgorin's bound.
-    pub(super) bound_substeps: u32,
     seed: u64,
+    /// What theory needs to know, where only tension and where all springs are implicit.
+    levers: [OnceLock<Result<Lever, Unforeseen>>; 2],
+}
+
+/// What a cheap check says about the motion of a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stillness {
+    /// The share that it kept in some windows beside a reference.
+    pub(super) share: Option<f64>,
+    /// Whether it stands still, or stopped to spin.
+    pub(super) is_locked: bool,
 }
 
 impl Stage {
@@ -83,12 +96,10 @@ impl Stage {
         let frame_s = 1.0 / options.rate;
         let steps = |limit: f64| (frame_s / limit).ceil().clamp(1.0, 1e6) as u32;
         let numbers = ExplicitNumbers::new(&ordered.system, &ordered.state, &|_| true);
-        let (stiffness, damping) = gershgorin(&ordered.system);
-        let limit = |stiffness: f64| {
-            4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt()).max(1e-300)
-        };
-        let limit_substeps = steps(limit(numbers.explicit_stiffness).min(numbers.drag_limit()));
-        let bound_substeps = steps(limit(stiffness)).max(limit_substeps);
+        let (_, damping) = gershgorin(&ordered.system);
+        let root = (damping * damping + 4.0 * numbers.explicit_stiffness).sqrt();
+        let limit = 4.0 / (damping + root).max(1e-300);
+        let limit_substeps = steps(limit.min(numbers.drag_limit()));
         let scene = Scene {
             name: name.to_owned(),
             particles: first.len(),
@@ -110,8 +121,8 @@ impl Stage {
             identity: Numbering::identity(),
             camera,
             first,
-            bound_substeps,
             seed: options.seed,
+            levers: Default::default(),
         })
     }
 
@@ -151,6 +162,45 @@ impl Stage {
         let rest = last - first;
         let steps = outcome.steps.saturating_sub(1);
         Ok(if steps > 0 { rest / steps as f64 } else { first })
+    }
+
+    /// Watches how much of its motion a run keeps.
+    pub(super) fn motion_check(&self, choice: &Choice, substeps: u32) -> MotionCheck {
+        let Simulation { system, state } = self.of(choice).0;
+        let steps = u64::from(substeps) * u64::from(self.camera.frames);
+        MotionCheck::new(system, state, steps)
+    }
+
+    /// Whether a run of so many visits of a spring stands still. Where there is a true motion, its
+    /// path tells more than some windows, and only the spin is looked at.
+    pub(super) fn stands_still(
+        &self,
+        choice: &Choice,
+        substeps: u32,
+        (check, effort): (&MotionCheck, f64),
+        truth: &Truth,
+    ) -> Stillness {
+        let is_spent = check.spin_share().is_some_and(|share| share < LOCKED);
+        if is_spent || truth.path_m.is_some() {
+            return Stillness { share: None, is_locked: is_spent };
+        }
+        let kept = check.finish(&self.of(choice).0.system, effort);
+        let share = match kept {
+            Kept::Share { share, .. } => Some(share),
+            Kept::Still | Kept::Unknown(_) => None,
+        };
+        let expected = || {
+            let time = self.camera.span(substeps, self.camera.frames);
+            Expected::by(|| self.lever(choice, time.duration_s), choice, time)
+        };
+        Stillness { share, is_locked: judgement::is_locked(kept, expected) }
+    }
+
+    fn lever(&self, choice: &Choice, duration_s: f64) -> Result<Lever, Unforeseen> {
+        let implicit = implicit_springs(choice);
+        let kept = &self.levers[usize::from(implicit == Implicit::Springs)];
+        let Simulation { system, state } = &self.ordered;
+        *kept.get_or_init(|| Lever::of(system, state, implicit, duration_s))
     }
 
     /// Films a run. Member 0 starts where the scene does, another number from a perturbed start.

@@ -1,9 +1,15 @@
+use super::deadline::Deadline;
 use super::facts::{End, Facts, Form, Metric, Run, Scene, Truth};
-use super::{Clock, Options, advise, compare, journal_name, lines, resume};
-use crate::Unfinished;
+use super::forms::Entry;
+use super::memory::Memory;
+use super::race::Track as _;
+use super::stage::Stage;
+use super::truth::Found;
+use super::{Clock, Course, Options, advise, compare, journal_name, lines, resume};
 use crate::methods::Choice;
+use crate::{Journal, Unfinished};
 use drape_report::Verdict;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 fn run(form: usize, substeps: u32, verdict: Verdict, error_m: f64, frame_s: f64) -> Run {
     Run {
@@ -153,6 +159,33 @@ fn compared(scene: &str, methods: &str) -> super::Comparison {
         ..Options::default()
     };
     compare("sheet", input.spec(), 0.4, &options, &|_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// `imex-euler` stands still on this stiff cloth at long steps, and agrees with itself at half the
+/// steps. Without a true motion a check beside a reference tells.
+#[test]
+fn a_run_that_stands_still_is_not_sound_without_a_true_motion() {
+    let input = drape_model::load("hanging-wool").expect("bundled");
+    let stage = Stage::new("wool", input.spec(), 0.5, &Options::default()).expect("valid");
+    let remark = Some("not looked for".to_owned());
+    let found = Found { truth: super::truth::none(remark), members: Vec::new() };
+    let entry = |id: &str| Entry::of(&Choice::parse(id, &[]).expect("a method"));
+    let entries = [entry("imex-euler"), entry("imex-updated")];
+    let deadline = Deadline::new(Instant::now() + Duration::from_secs(3600), None);
+    let journal = Journal::none();
+    let memory = Memory::new(&journal, None);
+    let mut course = Course::new((&stage, &entries), &found, memory, deadline, &|_, _| ());
+    for form in 0..2 {
+        for substeps in [1, 2] {
+            course.lap(form, substeps, f64::INFINITY).expect("supported");
+        }
+    }
+    let [still, moving] = [1, 3].map(|n| course.runs[n].clone());
+    assert_eq!(still.verdict, Verdict::Locked, "{still:?}");
+    assert!(still.error_m.is_some_and(|error| error < 0.01), "it agrees with itself: {still:?}");
+    assert!(still.retained.is_some_and(|share| share < 0.35), "{still:?}");
+    assert!(!still.meets(1.0) && !course.runs[0].is_sound());
+    assert!(moving.is_sound() && moving.retained.is_some_and(|share| share > 0.75), "{moving:?}");
 }
 
 const HANGING: &str = r#", "gravity": { "m_s2": [0, 0, -9.81] } },

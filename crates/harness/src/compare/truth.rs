@@ -28,6 +28,8 @@ const CANDIDATES: [&str; 4] = [
 ];
 /// Steps a frame of the coarsest implicit run.
 const IMPLICIT: u32 = 8;
+/// Steps a frame of the coarsest explicit run, over those within the limit at the start.
+const WITHIN: f64 = 1.1;
 /// An error of the true motion up to this share of the target is small.
 const SMALL: f64 = 0.1;
 /// A true motion whose error exceeds this share of the target is not trusted.
@@ -88,7 +90,10 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
                 best = Some(found);
             }
             Ok(_) => {}
-            Err(reason) => remark = Some(format!("{}: {reason}", choice.method().id)),
+            // The first reason is that of the method that usually gets there.
+            Err(reason) => {
+                remark.get_or_insert(format!("{}: {reason}", choice.method().id));
+            }
         }
         let target = stage.scene.target_m;
         if best.as_ref().is_some_and(|best| best.error <= TRUSTED * target.max(NOISY * best.noise))
@@ -148,7 +153,8 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     Ok(Found { truth, members })
 }
 
-fn none(remark: Option<String>) -> Truth {
+/// No true motion, and why.
+pub(super) fn none(remark: Option<String>) -> Truth {
     Truth {
         method: None,
         substeps: 0,
@@ -170,7 +176,12 @@ fn candidate(
     choice: &Choice,
     deadline: Deadline,
 ) -> Result<Result<Candidate, String>, HarnessError> {
-    let mut substeps = if is_explicit(choice.method()) { stage.bound_substeps } else { IMPLICIT };
+    let mut substeps = match is_explicit(choice.method()) {
+        // The limit at the start. Where the motion lowers it, the run gains energy, and its step is
+        // halved.
+        true => (WITHIN * f64::from(stage.scene.limit_substeps)).ceil() as u32,
+        false => IMPLICIT,
+    };
     let pace = Pace::of(Clock::Wall, choice);
     let step_s = match stage.probe(choice, substeps, &pace, deadline) {
         Ok(step_s) => step_s,

@@ -39,12 +39,23 @@ pub(crate) fn regret() -> Record<regret::Facts> {
 pub(crate) fn regret_timings() -> Timings<regret::TimingRow> {
     let row = |scene: &str, label: Option<&str>| regret::TimingRow {
         scene: scene.to_owned(),
+        origin: regret::Origin::Springs,
+        particles: 105,
+        duration_s: 0.5,
         target_m: 0.01,
-        budget_s: 20.0,
-        seconds: 19.0,
+        budget_s: 6.0,
+        seconds: 5.7,
+        is_trusted: true,
         label: label.map(str::to_owned),
         substeps: 4,
+        search_s: 8.5,
+        is_judged: true,
+        left: 1,
+        best: Some("bdf2".to_owned()),
+        best_substeps: 2,
         regret: label.map(|_| 1.05),
+        again_m: label.map(|_| 0.009),
+        again_good_m: label.map(|_| 0.01),
         over_model: label.map(|_| 1.2),
     };
     Timings {

@@ -7,7 +7,8 @@ use crate::cli::output::{Sink, check_folder, print};
 use crate::cli::progress::Clock as Progress;
 use drape_harness::compare::facts::{End, Facts, Metric};
 use drape_harness::compare::{
-    Clock, Options, PageError, Request, advise, journal_name, lines, quoted, record, resume, write,
+    Clock, DOMINATED, Options, PageError, Request, advise, journal_name, lines, page_time, quoted,
+    record, resume, write,
 };
 use drape_harness::{HarnessError, Shard, Unfinished, start_threads};
 use drape_model::Violation;
@@ -71,7 +72,7 @@ enum MetricArgument {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let options = Options {
+    let mut options = Options {
         methods: arguments.methods.clone(),
         metric: match arguments.metric {
             MetricArgument::Shape => Metric::Shape,
@@ -80,8 +81,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         target_m: arguments.target,
         rate: rate(&arguments.frame)?,
         budget: budget(&arguments.budget)?,
+        began: Some(crate::cli::began()),
+        reserve: Duration::ZERO,
         seed: arguments.seed,
         exhaustive: arguments.exhaustive,
+        dominated: DOMINATED,
         clock: Clock::Wall,
         shard: shard(arguments.shard)?,
         interrupt: Some(interrupt::flag()),
@@ -96,6 +100,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     start_threads()?;
     let spec = input.spec();
+    // A shard writes no page.
+    if options.shard.is_none() {
+        options.reserve = page_time(spec).map_err(|error| refused(error, &arguments.scene))?;
+    }
     let name = journal_name(spec, time.duration_s, &options);
     check_parts(&arguments.parts, &name)?;
     let unfinished = Unfinished::enter(&arguments.out, arguments.fresh)?;

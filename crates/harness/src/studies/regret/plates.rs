@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `regret`.
 
-use super::facts::{Case, Facts, Pick, TimingRow, WORST};
+use super::facts::{Case, Facts, MEDIAN, MET, Origin, Pick, TimingRow, WORST, median};
 use drape_report::number::{percent, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -61,7 +61,8 @@ fn pick(pick: Option<&Pick>) -> String {
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![cases(&input.facts)];
-    tables.extend(input.timings.as_ref().map(|timings| by_clock(&timings.rows)));
+    let timings = input.timings.as_ref();
+    tables.extend(timings.into_iter().flat_map(|t| [sums(&t.rows), by_clock(&t.rows)]));
     tables
 }
 
@@ -96,29 +97,90 @@ fn cases(facts: &Facts) -> Table {
     }
 }
 
+/// What holds by the clock, for each origin and for all scenes.
+fn sums(rows: &[TimingRow]) -> Table {
+    let all = [None].into_iter().chain(Origin::ALL.map(Some));
+    let line = |origin: Option<Origin>| {
+        let own =
+            || rows.iter().filter(move |row| origin.is_none_or(|origin| row.origin == origin));
+        let met: Vec<bool> = own().filter_map(TimingRow::is_met).collect();
+        let kept = met.iter().filter(|met| **met).count();
+        let regrets: Vec<f64> = own().filter_map(|row| row.regret).collect();
+        let worst = regrets.iter().copied().reduce(f64::max);
+        let ratio = |value: Option<f64>| value.map_or_else(absent, |value| significant(value, 3));
+        vec![
+            origin.map_or("all", Origin::name).to_owned(),
+            own().count().to_string(),
+            own().filter(|row| row.is_judged).count().to_string(),
+            own().filter(|row| row.label.is_some()).count().to_string(),
+            format!("{kept} of {}", met.len()),
+            ratio(median(regrets.iter().copied())),
+            ratio(worst),
+            regrets.len().to_string(),
+        ]
+    };
+    Table {
+        title: format!(
+            "**The aim by the clock of one machine**: the target met in at least {}, a regret of at \
+             most {MEDIAN} in the median and {WORST} at worst.",
+            percent(MET, 2)
+        ),
+        header: texts(&[
+            "scenes",
+            "cases",
+            "with a true motion",
+            "with an advice",
+            "target met again",
+            "regret: median",
+            "worst",
+            "of so many",
+        ]),
+        names: 1,
+        rows: all.map(line).collect(),
+    }
+}
+
 fn by_clock(rows: &[TimingRow]) -> Table {
+    let form = |label: Option<&String>, substeps: u32| {
+        label.map_or_else(absent, |label| format!("{label} ×{substeps}"))
+    };
+    let ratio = |value: Option<f64>| value.map_or_else(absent, |value| significant(value, 3));
     let row = |row: &TimingRow| {
+        let again = row.again_m.map_or_else(absent, millimetres);
         vec![
             row.scene.clone(),
+            row.origin.name().to_owned(),
+            row.particles.to_string(),
             millimetres(row.target_m),
-            row.label.as_ref().map_or_else(absent, |label| format!("{label} ×{}", row.substeps)),
-            row.regret.map_or_else(absent, |regret| significant(regret, 3)),
-            row.over_model.map_or_else(absent, |ratio| significant(ratio, 3)),
+            if row.is_trusted { "yes" } else { "no" }.to_owned(),
+            form(row.label.as_ref(), row.substeps),
+            form(row.best.as_ref(), row.best_substeps),
+            ratio(row.regret),
+            row.again_good_m.map_or_else(absent, |good| format!("{again}; {}", millimetres(good))),
             significant(row.seconds, 2),
+            ratio(row.over_model),
         ]
     };
     let budget = rows.first().map_or(0.0, |row| row.budget_s);
     Table {
-        title: format!("**Advice by the clock of one machine**, budget {budget} s."),
+        title: format!(
+            "**Advice and best form by the clock of one machine**, budget {budget} s; ×n: n steps a \
+             frame."
+        ),
         header: texts(&[
             "scene",
+            "kind",
+            "particles",
             "target (mm)",
+            "true motion",
             "advised",
+            "best of the search",
             "regret",
-            "clock over model",
+            "error when pushed; counts as met (mm)",
             "seconds",
+            "clock over model",
         ]),
-        names: 1,
+        names: 2,
         rows: rows.iter().map(row).collect(),
     }
 }

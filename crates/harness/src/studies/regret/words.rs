@@ -22,12 +22,13 @@ pub(super) fn words(facts: &Facts) -> Words {
         untrusted(facts),
         Some(
             "Time is modelled from counted work, so that the facts are the same everywhere; the \
-             table by the clock says what one machine saw."
+             tables by the clock say what one machine saw."
                 .to_owned(),
         ),
         Some(
             "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
-             pins alone: prices know no other force."
+             pins alone: prices know no other force. Contact, friction, wind and hinges are judged \
+             by the clock alone."
                 .to_owned(),
         ),
     ];

@@ -1,11 +1,13 @@
 //! Experiment `regret`: whether the advice of `drape compare` is as good as exhaustive search.
 
+mod clock;
+mod forces;
 mod scenes;
 #[cfg(test)]
 mod tests;
 
 use crate::compare::facts::Facts as Record;
-use crate::compare::{Clock, Options, advise, compare, frame_seconds};
+use crate::compare::{Clock, Options, advise, check_run, compare};
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::studies::regret::facts::{Case, Facts, Pick, TimingRow};
@@ -21,10 +23,6 @@ const SEED: u64 = 20;
 const PUSH: [f64; 3] = [0.07, -0.05, 0.05];
 /// Wall time that never ends: what runs is decided by counted work alone.
 const ENDLESS: Duration = Duration::from_secs(1_000_000);
-/// Wall time of a comparison by the clock.
-const BUDGET: Duration = Duration::from_secs(20);
-/// How often the advised and the best run are timed in turns.
-const REPETITIONS: usize = 3;
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
@@ -42,15 +40,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// How the timings are taken.
-pub(super) fn timing() -> String {
-    format!(
-        "`drape compare` with its default options and a budget of {} s. The run that it advises and \
-         the best one of the exhaustive search are timed in turns, {REPETITIONS} times each; the \
-         least time counts.",
-        BUDGET.as_secs()
-    )
-}
+pub(super) use clock::timing;
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
@@ -62,7 +52,8 @@ pub(super) fn starts() -> Vec<Start> {
         is_new
     });
     let start = |question: Question| Start::new(question.scene.name, move || question.scene.spec());
-    all.into_iter().map(start).collect()
+    let others = forces::SCENES.iter().map(|(name, make)| Start::new(*name, make));
+    all.into_iter().map(start).chain(others).collect()
 }
 
 impl Question {
@@ -89,18 +80,12 @@ impl Question {
         let again = match &advice {
             None => None,
             Some(advice) => {
-                let methods = Some(advice.method.clone());
-                let options = Options { methods, exhaustive: true, ..self.options() };
-                let found = self.asked(&pushed(&spec), &options)?;
-                // It stops once it meets the target, with as many steps or fewer.
-                let fits = |run: &&crate::compare::facts::Run| {
-                    run.is_sound() && run.substeps <= advice.substeps
-                };
-                let last = found.runs.iter().filter(fits).max_by_key(|run| run.substeps);
-                Some((last.and_then(|run| run.error_m), found.good_m()))
+                let run = (&Choice::parse(&advice.method, &[])?, advice.substeps);
+                let (name, duration) = (self.scene.name, scenes::DURATION_S);
+                Some(check_run(name, &pushed(&spec), duration, &self.options(), run)?)
             }
         };
-        let (again_m, again_good_m) = again.unwrap_or((None, raced.good_m()));
+        let again_good_m = again.map_or(raced.good_m(), |again| again.good_m);
         let regret = best.as_ref().zip(advice.as_ref()).map(|(b, a)| a.frame_s / b.frame_s);
         Ok(Case {
             scene: self.scene.name.to_owned(),
@@ -113,55 +98,10 @@ impl Question {
             advice,
             regret,
             effort: work(&raced) / work(&all),
-            again_m,
+            again_m: again.and_then(|again| again.error_m),
             again_good_m,
             portable: false,
         })
-    }
-
-    /// What the clock of this machine says.
-    fn time(&self, case: &Case) -> Result<TimingRow, HarnessError> {
-        let spec = self.scene.spec()?;
-        let options = Options { budget: BUDGET, clock: Clock::Wall, ..self.options() };
-        let found = self.asked(&spec, &options)?;
-        let advice = pick(&found);
-        let (regret, over_model) = match case.best.as_ref().zip(advice.as_ref()) {
-            Some((best, advice)) => {
-                let both = [best, advice].map(|pick| (pick.method.as_str(), pick.substeps));
-                let [best_s, advice_s] = self.in_turns(&spec, both)?;
-                (Some(advice_s / best_s), Some(best_s / best.frame_s))
-            }
-            None => (None, None),
-        };
-        Ok(TimingRow {
-            scene: self.scene.name.to_owned(),
-            target_m: self.target_m,
-            budget_s: BUDGET.as_secs_f64(),
-            seconds: found.seconds,
-            substeps: advice.as_ref().map_or(0, |pick| pick.substeps),
-            label: advice.map(|pick| pick.label),
-            regret,
-            over_model,
-        })
-    }
-
-    /// Seconds a frame of two runs, timed in turns.
-    fn in_turns(
-        &self,
-        spec: &SystemSpec,
-        runs: [(&str, u32); 2],
-    ) -> Result<[f64; 2], HarnessError> {
-        let mut least = [f64::INFINITY; 2];
-        for _ in 0..REPETITIONS {
-            for (least, (method, substeps)) in least.iter_mut().zip(runs) {
-                let choice = Choice::parse(method, &[])?;
-                let (name, duration) = (self.scene.name, scenes::DURATION_S);
-                let options = self.options();
-                let time = frame_seconds(name, spec, duration, &options, (&choice, substeps))?;
-                *least = least.min(time.unwrap_or(f64::INFINITY));
-            }
-        }
-        Ok(least)
     }
 }
 
@@ -202,14 +142,21 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let cases = cells(context, "advice", &questions, Question::case)?.all()?;
     let mut timings = None;
     if !context.quick {
-        let both: Vec<_> = questions.iter().zip(&cases).collect();
-        timings =
-            Some(timed(context, "timings", &both, |(question, case)| question.time(case))?.all()?);
+        let trials = clock::trials(&questions, &cases);
+        timings = Some(timed(context, "clock", &trials, clock::Trial::time)?.all()?);
     }
     let hash = |question: &Question| {
         Ok((question.scene.name.to_owned(), system_hash(&question.scene.spec()?)))
     };
-    let scenes = questions.iter().map(hash).collect::<Result<_, HarnessError>>()?;
+    let mut scenes = questions
+        .iter()
+        .map(hash)
+        .collect::<Result<std::collections::BTreeMap<_, _>, HarnessError>>()?;
+    if timings.is_some() {
+        for (name, make) in forces::SCENES {
+            scenes.insert((*name).to_owned(), system_hash(&make()?));
+        }
+    }
     Ok(Measured { facts: Facts { cases }, timings, scenes, seed: Some(SEED) })
 }
 

@@ -26,6 +26,37 @@ fn every_scene_builds_has_its_size_and_moves() {
     }
 }
 
+/// The scenes by the clock: all bundled ones, those of the facts, and ten or more with other forces,
+/// which are none of ours elsewhere.
+#[test]
+fn the_clock_sees_every_bundled_scene_and_other_forces() {
+    let bundled: Vec<_> = drape_model::bundled::names().collect();
+    let mut hashes: Vec<String> = bundled
+        .iter()
+        .map(|name| system_hash(drape_model::load(name).unwrap().spec()))
+        .chain(questions().iter().map(|question| system_hash(&question.scene.spec().unwrap())))
+        .collect();
+    assert!(forces::SCENES.len() >= 10);
+    let mut kinds = std::collections::BTreeSet::new();
+    for (name, make) in forces::SCENES {
+        let spec = make().unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (system, state) = spec.build().unwrap();
+        let mut force = vec![drape_model::Vec3::zeros(); system.len()];
+        system.forces(state.level(), &mut force);
+        assert!(force.iter().any(|force| force.norm() > 1e-6), "{name}");
+        kinds.extend(system.effects().map(|effect| effect.name()));
+        kinds.extend((!spec.obstacles.is_empty()).then_some("obstacle"));
+        let hash = system_hash(&spec);
+        assert!(!hashes.contains(&hash), "{name}");
+        hashes.push(hash);
+    }
+    for kind in ["obstacle", "air", "bending_hinge", "shear_angle", "bending_angle", "bending"] {
+        assert!(kinds.contains(kind), "{kind}: {kinds:?}");
+    }
+    let all = clock::trials(&[], &[]);
+    assert_eq!(all.len(), bundled.len() + forces::SCENES.len());
+}
+
 /// The advice of the quick case is what the exhaustive search finds, and the facts are the same
 /// bits again.
 #[test]
