@@ -1,7 +1,7 @@
 //! Figures and tables of the experiment `regret`.
 
-use super::facts::{Case, Facts, MEDIAN, MET, Origin, Pick, TimingRow, WORST, median};
-use drape_report::number::{percent, significant};
+use super::facts::{Case, Facts, MEDIAN, MET, Origin, Pick, TimingRow, WORST};
+use drape_report::number::{median, percent, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
