@@ -234,6 +234,21 @@ fn probes_write_series_that_read_back() {
     assert!(series.starts_with("time_s,energy_gravity_j,") && series.lines().count() == 22);
 }
 
+/// The ending of the file chooses what is written, so another ending is no choice.
+#[test]
+fn a_record_is_refused_where_its_ending_names_no_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = ["run", "hanging-textile-1e4", "--method", "imex-euler", "--out"];
+    for out in ["x.txt", "x", "x.json.bak", ".json"] {
+        let output = drape(folder.path(), &[&run[..], &[out]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        let expected = format!("`--out` is `{out}`, expected a name that ends in .csv or .json");
+        assert!(said.contains(&expected) && said.trim_end().lines().count() == 1, "{said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
 #[test]
 fn probes_that_cannot_be_are_refused_before_the_run() {
     let folder = tempfile::tempdir().unwrap();

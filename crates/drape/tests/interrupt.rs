@@ -63,3 +63,31 @@ fn an_interrupted_run_keeps_its_record_until_then() {
     assert_eq!((step, time_s), (run.steps, run.final_state.time_s));
     assert!(step > 0 && time_s < 100.0 && run.verdict.reason.contains("interrupted"));
 }
+
+/// The runs that a comparison has finished are its result, and the same command goes on.
+#[test]
+fn an_interrupted_comparison_advises_from_its_runs_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let scene = "hanging-textile-1e4";
+    let arguments = ["compare", scene, "--methods", "leapfrog,bdf2,midpoint", "--exhaustive"];
+    let arguments = [&arguments[..], &["--duration", "0.4", "--budget", "90s"]].concat();
+    let unfinished = out.join(".unfinished");
+    let runs = || {
+        let entries = unfinished.read_dir().into_iter().flatten().flatten();
+        let texts = entries.filter_map(|entry| std::fs::read_to_string(entry.path()).ok());
+        texts.map(|text| text.matches("\"runs of ").count()).sum::<usize>()
+    };
+    let (output, said) = interrupted(drape(&arguments, &out), || runs() > 1);
+    let advice = String::from_utf8(output.stdout).unwrap();
+    assert!((3..=12).contains(&advice.lines().count()), "{advice}");
+    assert!(!said.contains("\\n") && !advice.contains("\\n"), "{said}{advice}");
+    let last = said.lines().last().unwrap();
+    let command = format!("drape {} --out {}", arguments.join(" "), out.display());
+    assert!(last.starts_with("drape: interrupted after ") && last.ends_with(&command), "{said}");
+    assert!(out.join("compare.html").is_file() && unfinished.is_dir());
+    let again = drape(&arguments, &out).wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(again.status.success() && said.contains("going on from"), "{said}");
+    assert!(!unfinished.exists(), "nothing is left when it is done");
+}

@@ -89,6 +89,10 @@ fn what_is_wrong_is_named_by_place_value_and_expectation() {
             &["cloths.csv", "--row", "1", "--out", "cloths.csv"],
             &["`--out` is `cloths.csv`", "expected another file than the input"],
         ),
+        (
+            &["cloths.csv", "--row", "1", "--out", "x.txt"],
+            &["`--out` is `x.txt`", "expected a name that ends in .json"],
+        ),
     ];
     for (arguments, parts) in cases {
         let output = drape(folder.path(), &[&["material"], *arguments].concat());

@@ -30,7 +30,7 @@ pub(crate) fn check_extension(
         return Ok(());
     }
     let expected = format!("a name that ends in .{extension}: the file is a {content}");
-    Err(Violation { path: key.to_owned(), value: file.display().to_string(), expected })
+    Err(Violation { path: key.to_owned(), value: format!("`{}`", file.display()), expected })
 }
 
 /// A line of a CSV file (RFC 4180). Fields with a comma, a quote or a line break stand in quotes.

@@ -1,6 +1,6 @@
 //! What a record advises, in a few lines.
 
-use super::facts::{Facts, Run, TIE, Truth};
+use super::facts::{End, Facts, Form, Run, TIE, Truth};
 use drape_report::number::significant;
 use drape_report::printable;
 
@@ -27,6 +27,10 @@ pub struct Advice {
     pub ties: Vec<Pick>,
     /// The next form after the ties.
     pub runner_up: Option<Pick>,
+    /// Forms that stopped because they are slower, as far as nothing else is told of them.
+    pub slower: Vec<String>,
+    /// The same for forms that no number of steps brought within the target.
+    pub missed: Vec<String>,
     /// Where none meets the target: the sound run that errs least.
     pub closest: Option<Pick>,
     /// Forms that gained energy, with the most steps a frame at which they did.
@@ -76,7 +80,20 @@ pub fn advise(facts: &Facts) -> Advice {
         forms.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
         forms
     };
-    let refused = |form: &super::facts::Form| Some((form.label.clone(), form.refusal.clone()?));
+    let refused = |form: &Form| Some((form.label.clone(), form.refusal.clone()?));
+    let (explodes, locks) =
+        (failed(&Run::explodes), failed(&|run| run.verdict == drape_report::Verdict::Locked));
+    let (take, runner_up) = (picks.first().copied(), slower.first().copied());
+    let closest = closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 });
+    let mut told: Vec<&str> =
+        explodes.iter().chain(&locks).map(|(label, _)| label.as_str()).collect();
+    let named = take.iter().chain(&ties).chain(&runner_up).chain(&closest);
+    told.extend(named.map(|pick| facts.form_of(&runs[pick.run]).label.as_str()));
+    let ended = |ends: &[End]| -> Vec<String> {
+        let own = facts.forms.iter().filter(|form| ends.contains(&form.end));
+        let labels = own.map(|form| form.label.as_str()).filter(|label| !told.contains(label));
+        labels.map(str::to_owned).collect()
+    };
     let other = |factor: f64| {
         let target = factor * facts.scene.target_m;
         let first = *ranking(target, truth, runs).first()?;
@@ -84,12 +101,14 @@ pub fn advise(facts: &Facts) -> Advice {
         (truth.good_m(target) != facts.good_m() && is_other).then_some((target, first))
     };
     Advice {
-        take: picks.first().copied(),
+        take,
+        runner_up,
+        slower: ended(&[End::Good, End::Dominated]),
+        missed: ended(&[End::Exhausted]),
         ties,
-        runner_up: slower.first().copied(),
-        closest: closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 }),
-        explodes: failed(&Run::explodes),
-        locks: failed(&|run| run.verdict == drape_report::Verdict::Locked),
+        closest,
+        explodes,
+        locks,
         refused: facts.forms.iter().filter_map(refused).collect(),
         other_targets: OTHER_TARGETS.into_iter().filter_map(other).collect(),
     }
@@ -212,8 +231,17 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         let ties: Vec<String> = advice.ties.iter().map(said).collect();
         told("ties", format!("{} (within a factor of {TIE})", listed(&ties, "; ")));
     }
-    if let Some(pick) = &advice.runner_up {
-        told("runner-up", format!("{}: {} times the time", said(pick), significant(pick.times, 2)));
+    let next =
+        |pick: &Pick| format!("{}: {} times the time", said(pick), significant(pick.times, 2));
+    let mut behind: Vec<String> = advice.runner_up.iter().map(next).collect();
+    for (word, forms) in [("slower", &advice.slower), ("never within the target", &advice.missed)] {
+        if !forms.is_empty() {
+            behind.push(format!("{word}: {}", listed(forms, ", ")));
+        }
+    }
+    if !behind.is_empty() {
+        let word = if advice.runner_up.is_some() { "runner-up" } else { "others" };
+        told(word, behind.join("; "));
     }
     let up_to = |forms: &[(String, u32)]| -> Vec<String> {
         forms.iter().map(|(label, most)| format!("{label} {most}")).collect()
@@ -244,7 +272,7 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         format!("{} for {}", said(&Pick { run, times: 1.0 }), length(target))
     };
     let mut changes: Vec<String> = advice.other_targets.iter().map(other).collect();
-    let left = facts.forms.iter().filter(|form| form.end == super::facts::End::OutOfTime).count();
+    let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     if left > 0 {
         changes.push(format!("a longer --budget: {left} forms were not run to their end"));
     }

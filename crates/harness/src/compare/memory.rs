@@ -5,6 +5,10 @@
 //! comparison that finds such cells makes the same decisions again, at once, and goes on where it
 //! was interrupted. Cells carry the time at which they were done, so the budget is that of all
 //! processes together.
+//!
+//! That no true motion was found holds for one budget only: with another one it is looked for again.
+//! A run that was held against itself is no run that is held against a true motion: it is a cell of
+//! its own.
 
 use super::facts::{End, Run, Truth};
 use super::truth::Found;
@@ -83,6 +87,17 @@ fn points(flat: &[f64]) -> Vec<Vec3> {
 
 const TRUTH: &str = "true motion";
 
+/// The cell of what was not found in so much time.
+fn no_truth(budget: Duration) -> String {
+    format!("no {TRUTH} within {} s", budget.as_secs_f64())
+}
+
+/// The cells of the runs of a form.
+fn runs(form: &str, is_trusted: bool) -> String {
+    let held = if is_trusted { "" } else { ", held against themselves" };
+    format!("runs of {form}{held}")
+}
+
 impl<'a> Memory<'a> {
     /// What the journal holds. The time of this process began at `began`, or begins now.
     pub(super) fn new(journal: &'a Journal, began: Option<Instant>) -> Self {
@@ -107,8 +122,10 @@ impl<'a> Memory<'a> {
         self.journal.kept::<Cell<T>>(part, number as usize).map(|cell| cell.found)
     }
 
-    pub(super) fn truth(&self) -> Option<Found> {
-        let (truth, motions): (Truth, Vec<Motion>) = self.kept(TRUTH, 0)?;
+    /// The true motion, or what is known where none was found in this time.
+    pub(super) fn truth(&self, budget: Duration) -> Option<Found> {
+        let kept = self.kept(TRUTH, 0).or_else(|| self.kept(&no_truth(budget), 0));
+        let (truth, motions): (Truth, Vec<Motion>) = kept?;
         let look =
             |look: Picture| Look { x: points(&look.x), kinetic: look.kinetic, strain: look.strain };
         let members = motions.into_iter().map(|motion| Seen {
@@ -118,13 +135,14 @@ impl<'a> Memory<'a> {
         Some(Found { truth, members: members.collect() })
     }
 
-    pub(super) fn keep_truth(&self, found: &Found) -> Result<(), HarnessError> {
+    pub(super) fn keep_truth(&self, found: &Found, budget: Duration) -> Result<(), HarnessError> {
         let look =
             |look: &Look| Picture { x: flat(&look.x), kinetic: look.kinetic, strain: look.strain };
         let motion =
             |seen: &Seen| Motion { looks: seen.looks.iter().map(look).collect(), path: seen.path };
         let motions: Vec<Motion> = found.members.iter().map(motion).collect();
-        self.keep(TRUTH, 0, (&found.truth, motions))
+        let part = if found.truth.is_trusted { TRUTH.to_owned() } else { no_truth(budget) };
+        self.keep(&part, 0, (&found.truth, motions))
     }
 
     /// Seconds of a step of a form, or why it is refused.
@@ -140,12 +158,18 @@ impl<'a> Memory<'a> {
         self.keep(&format!("probe of {form}"), 0, step_s)
     }
 
-    pub(super) fn run(&self, form: &str, substeps: u32) -> Option<Ran> {
-        self.kept(&format!("runs of {form}"), substeps)
+    /// A run that was held against what `truth` holds runs against.
+    pub(super) fn run(&self, form: &str, substeps: u32, truth: &Truth) -> Option<Ran> {
+        self.kept(&runs(form, truth.is_trusted), substeps)
     }
 
-    pub(super) fn keep_run(&self, form: &str, ran: &Ran) -> Result<(), HarnessError> {
-        self.keep(&format!("runs of {form}"), ran.run.substeps, ran)
+    pub(super) fn keep_run(
+        &self,
+        form: &str,
+        ran: &Ran,
+        truth: &Truth,
+    ) -> Result<(), HarnessError> {
+        self.keep(&runs(form, truth.is_trusted), ran.run.substeps, ran)
     }
 
     /// Seconds of a run that was timed again.

@@ -3,7 +3,7 @@
 //! 1. The *true motion* is built in at most three tenths of the time (`truth`).
 //! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
 //!    run first; forms that take more than three times as long as one that meets the target stop
-//!    (`race`).
+//!    (`race`). A form that the user names runs at least once.
 //! 3. The best are timed again, and [`advise`] reads the advice from the record.
 //!
 //! The budget is wall time. It counts from [`Options::began`], such as the start of the program, and
@@ -233,12 +233,12 @@ pub fn resume(
         progress(&Tick { part, elapsed: begin.elapsed(), leads });
     };
     tick("true motion", None);
-    let found = match memory.truth() {
+    let found = match memory.truth(options.budget) {
         Some(found) => found,
         None => {
             let found = find(&stage, until(TRUTH_SHARE))?;
             if !is_interrupted(options) {
-                memory.keep_truth(&found)?;
+                memory.keep_truth(&found, options.budget)?;
             }
             found
         }
@@ -246,6 +246,7 @@ pub fn resume(
     tick("probes", None);
     let mut course = Course::new((&stage, &entries), &found, memory, until(RACE_SHARE), &tick);
     (course.clock, course.exhaustive) = (options.clock, options.exhaustive);
+    course.is_named = options.methods.is_some();
     let mut entrants = course.entrants()?;
     let factor = if options.exhaustive { f64::INFINITY } else { options.dominated };
     race(&mut entrants, &mut course, factor)?;
@@ -270,15 +271,18 @@ pub fn resume(
     Ok(Comparison { facts, hash, true_end, ends })
 }
 
-/// One run, held against a true motion.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Checked {
-    /// Its error, m; `None` where it was not sound.
-    pub(crate) error_m: Option<f64>,
-    /// Error that counts as met, m.
-    pub(crate) good_m: f64,
-    /// Whether a true motion was found that the run can be held against.
-    pub(crate) is_trusted: bool,
+/// What came of one run that was to be held against a true motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Checked {
+    /// It was.
+    Held {
+        /// Its error, m; `None` where it was not sound.
+        error_m: Option<f64>,
+        /// Error that counts as met, m.
+        good_m: f64,
+    },
+    /// The time did not suffice for a true motion or for the run. That says nothing about the run.
+    NotMeasured,
 }
 
 /// Runs one form with so many steps a frame, and holds it against a true motion, for which three
@@ -291,22 +295,38 @@ pub(crate) fn check_run(
     spec: &SystemSpec,
     duration_s: f64,
     options: &Options,
-    (choice, substeps): (&Choice, u32),
+    run: (&Choice, u32),
 ) -> Result<Checked, HarnessError> {
     check(options)?;
     let stage = Stage::new(name, spec, duration_s, options)?;
     let begin = Instant::now();
     let until = |share: f64| Deadline::new(begin + options.budget.mul_f64(share), None);
     let found = find(&stage, until(TRUTH_SHARE))?;
-    let (good_m, is_trusted) = (found.truth.good_m(stage.scene.target_m), found.truth.is_trusted);
+    held(&stage, &found, run, options.clock, until(1.0))
+}
+
+/// Runs one form before `deadline` and holds it against what was found.
+fn held(
+    stage: &Stage,
+    found: &Found,
+    (choice, substeps): (&Choice, u32),
+    clock: Clock,
+    deadline: Deadline,
+) -> Result<Checked, HarnessError> {
+    if !found.truth.is_trusted {
+        return Ok(Checked::NotMeasured);
+    }
     let entries = [Entry::of(choice)];
     let journal = Journal::none();
     let memory = Memory::new(&journal, None);
-    let mut course = Course::new((&stage, &entries), &found, memory, until(1.0), &|_, _| ());
-    course.clock = options.clock;
-    course.lap(0, substeps, f64::INFINITY)?;
-    let error = course.runs.first().filter(|run| run.is_sound()).and_then(|run| run.error_m);
-    Ok(Checked { error_m: error, good_m, is_trusted })
+    let mut course = Course::new((stage, &entries), found, memory, deadline, &|_, _| ());
+    course.clock = clock;
+    let lap = course.lap(0, substeps, f64::INFINITY)?;
+    if lap.end == Some(End::OutOfTime) {
+        return Ok(Checked::NotMeasured);
+    }
+    let error_m = course.runs.first().filter(|run| run.is_sound()).and_then(|run| run.error_m);
+    Ok(Checked::Held { error_m, good_m: found.truth.good_m(stage.scene.target_m) })
 }
 
 /// Seconds a frame of a run of so many steps a frame, by the clock: those of its steps alone.
@@ -372,6 +392,8 @@ struct Course<'a> {
     clock: Clock,
     good_m: f64,
     exhaustive: bool,
+    /// Whether the user named the forms.
+    is_named: bool,
     deadline: Deadline,
     /// The run before of each form, where runs are held against it.
     before: Vec<Option<Seen>>,
@@ -426,6 +448,7 @@ impl<'a> Course<'a> {
             memory,
             clock: Clock::Wall,
             exhaustive: false,
+            is_named: false,
             deadline,
             before: vec![None; count],
             replayed: vec![None; count],
@@ -451,7 +474,11 @@ impl<'a> Course<'a> {
             }
             (self.tick)("probes", None);
             match self.probe(entry, first)? {
-                Ok(step_s) => entrants.push(Entrant::new(ladder, step_s)),
+                Ok(step_s) => {
+                    let mut entrant = Entrant::new(ladder, step_s);
+                    entrant.is_owed = self.is_named;
+                    entrants.push(entrant);
+                }
                 Err(refusal) => {
                     self.refusals[form] = Some(refusal);
                     let mut entrant = Entrant::new(ladder, f64::INFINITY);
@@ -578,7 +605,7 @@ impl Track for Course<'_> {
     fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
         let entries = self.entries;
         let choice: &Choice = &entries[form].choice;
-        if let Some(ran) = self.memory.run(&choice.full_id(), substeps) {
+        if let Some(ran) = self.memory.run(&choice.full_id(), substeps, self.truth) {
             return Ok(self.replay(form, ran));
         }
         self.recall(form)?;
@@ -670,13 +697,14 @@ impl Track for Course<'_> {
         let last = seen.looks.last().filter(|_| end.is_none() && !run.explodes());
         let ran = Ran::new(run, clock, end, last.map(|look| &look.x));
         if end != Some(End::OutOfTime) {
-            self.memory.keep_run(&choice.full_id(), &ran)?;
+            self.memory.keep_run(&choice.full_id(), &ran, self.truth)?;
         }
         Ok(self.finish(ran))
     }
 
     fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool {
-        if self.memory.run(&self.entries[form].choice.full_id(), substeps).is_some() {
+        let id = self.entries[form].choice.full_id();
+        if self.memory.run(&id, substeps, self.truth).is_some() {
             return true;
         }
         let left = self.deadline.left().as_secs_f64();

@@ -187,7 +187,9 @@ fn words(facts: &Facts, advice: &Advice) -> Words {
     };
     let observations = lines(facts, advice);
     let kept = |line: &&String| {
-        ["held to", "ties", "runner-up", "explodes", "locks"].iter().any(|w| line.starts_with(w))
+        ["held to", "ties", "runner-up", "others", "explodes", "locks"]
+            .iter()
+            .any(|w| line.starts_with(w))
     };
     let sentence = |line: &String| {
         let (word, text) = line.split_at(line.len().min(11));
@@ -323,33 +325,37 @@ fn share(value: Option<f64>) -> String {
 fn said(end: End) -> &'static str {
     match end {
         End::Good => "meets the target",
-        End::Dominated => "three times as slow as the best",
+        End::Dominated => "more than three times as slow as the best",
         End::Exhausted => "all steps tried",
         End::OutOfTime => "time over",
         End::Refused => "refused",
     }
 }
 
-/// The best run of each form: the cheapest that meets the target, or else the last.
-fn forms(facts: &Facts) -> Table {
+/// The best run of each form: the cheapest that meets the target, or else the last. A form that was
+/// not run stands there, too.
+pub(super) fn forms(facts: &Facts) -> Table {
     let good = facts.good_m();
     let mut rows: Vec<(f64, Vec<String>)> = Vec::new();
     for (n, form) in facts.forms.iter().enumerate() {
         let own = || facts.runs.iter().filter(|run| run.form == n);
         let met = own().filter(|run| run.meets(good));
         let best = met.min_by(|a, b| a.frame_s.total_cmp(&b.frame_s));
-        let Some(run) = best.or_else(|| own().next_back()) else { continue };
-        let rank = if best.is_some() { run.frame_s } else { 1e9 + run.frame_s };
+        let shown = best.or_else(|| own().next_back());
+        let rank = shown.map_or(f64::INFINITY, |run| {
+            if best.is_some() { run.frame_s } else { 1e9 + run.frame_s }
+        });
+        let of = |cell: &dyn Fn(&Run) -> String| shown.map_or_else(absent, cell);
         rows.push((
             rank,
             vec![
                 form.label.clone(),
-                run.verdict.to_string(),
+                of(&|run| run.verdict.to_string()),
                 said(form.end).to_owned(),
-                run.substeps.to_string(),
-                significant(1e3 * run.frame_s, 2),
-                millimetres(run.error_m),
-                share(run.retained),
+                of(&|run| run.substeps.to_string()),
+                of(&|run| significant(1e3 * run.frame_s, 2)),
+                of(&|run| millimetres(run.error_m)),
+                of(&|run| share(run.retained)),
             ],
         ));
     }

@@ -2,7 +2,8 @@
 //!
 //! The cheapest predicted run goes first, so the first form that meets the target is near the best
 //! one. A form whose next run would take more than three times as long a frame as the best stops:
-//! it is *dominated*. A form that meets the target stops too, once its last failure and its success
+//! it is *dominated*. Only the first run of a form that the user names is made in any case, so that
+//! every such form has a result. A form that meets the target stops too, once its last failure and its success
 //! are near each other, or once it cannot win even with one step more than that failure.
 
 use super::facts::End;
@@ -45,6 +46,8 @@ pub(super) struct Entrant {
     step_s: f64,
     /// Most steps a frame that failed, so far.
     failed: u32,
+    /// Whether its first run is made also where it is dominated.
+    pub(super) is_owed: bool,
     /// Fewest steps a frame that met the target, and the time a frame, s.
     pub(super) good: Option<(u32, f64)>,
     /// Why it runs no more.
@@ -54,7 +57,7 @@ pub(super) struct Entrant {
 impl Entrant {
     /// A form that takes about `step_s` seconds a step.
     pub(super) fn new(ladder: Vec<u32>, step_s: f64) -> Self {
-        Self { ladder, next: 0, step_s, failed: 0, good: None, end: None }
+        Self { ladder, next: 0, step_s, failed: 0, is_owed: false, good: None, end: None }
     }
 
     /// Steps a frame of the next run and its predicted time a frame, s.
@@ -80,6 +83,7 @@ impl Entrant {
             self.step_s = lap.frame_s / f64::from(substeps);
         }
         self.next += 1;
+        self.is_owed = false;
         if lap.is_good && lap.end.is_none() {
             self.good = Some((substeps, lap.frame_s));
         } else {
@@ -123,7 +127,7 @@ pub(super) fn race(
                 if is_dominated(hope, best, 1.0) {
                     entrant.end = Some(End::Good);
                 }
-            } else if is_dominated(predicted, best, factor) {
+            } else if !entrant.is_owed && is_dominated(predicted, best, factor) {
                 entrant.end = Some(End::Dominated);
             }
         }
@@ -137,7 +141,10 @@ pub(super) fn race(
             entrants[form].end = Some(if is_good { End::Good } else { End::OutOfTime });
             continue;
         }
-        let most = best.map_or(f64::INFINITY, |best| factor * best);
+        let most = match best {
+            Some(best) if !entrants[form].is_owed => factor * best,
+            _ => f64::INFINITY,
+        };
         let lap = track.lap(form, substeps, most)?;
         entrants[form].took(substeps, lap);
     }
@@ -192,6 +199,28 @@ mod tests {
         // Nothing was run that was predicted to take more than three times 4 ms.
         assert!(track.laps.iter().all(|&(form, n)| f64::from(n) * forms[form].0 <= 24.0));
         assert!(!track.laps.contains(&(2, 4)) && !track.laps.contains(&(3, 16)));
+    }
+
+    /// The second takes 50 ms with one step and is dominated by 4 ms; the third is no better.
+    #[test]
+    fn a_form_that_is_owed_a_run_has_one_and_no_more() {
+        let forms = [(1.0, 4), (50.0, 99), (60.0, 1)];
+        let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s: 1e9 };
+        let mut entrants: Vec<_> =
+            forms.iter().map(|form| Entrant::new(vec![1, 2, 4, 8, 16], form.0)).collect();
+        (entrants[1].is_owed, entrants[2].is_owed) = (true, true);
+        race(&mut entrants, &mut track, DOMINATED).expect("synthetic runs do not fail");
+        let of = |form: usize| track.laps.iter().filter(move |lap| lap.0 == form).count();
+        assert_eq!((of(1), of(2)), (1, 1), "{:?}", track.laps);
+        assert_eq!(entrants[1].end, Some(End::Dominated));
+        assert_eq!((entrants[2].good, entrants[2].end), (Some((1, 60.0)), Some(End::Good)));
+        // Where the time is over, what is owed is not run either.
+        let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s: 20.0 };
+        let mut late = Entrant::new(vec![1, 2], 50.0);
+        late.is_owed = true;
+        let mut late = [Entrant::new(vec![1, 2, 4], 1.0), late];
+        race(&mut late, &mut track, DOMINATED).expect("synthetic runs do not fail");
+        assert_eq!(late[1].end, Some(End::OutOfTime));
     }
 
     #[test]

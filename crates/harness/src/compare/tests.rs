@@ -5,7 +5,7 @@ use super::memory::Memory;
 use super::race::Track as _;
 use super::stage::Stage;
 use super::truth::Found;
-use super::{Clock, Course, Options, advise, compare, journal_name, lines, resume};
+use super::{Checked, Clock, Course, Options, advise, compare, held, journal_name, lines, resume};
 use crate::methods::Choice;
 use crate::{Journal, Unfinished};
 use drape_report::Verdict;
@@ -34,8 +34,9 @@ fn form(label: &str, method: &str, end: End, refusal: Option<&str>) -> Form {
     Form { label: label.to_owned(), method, end, refusal: refusal.map(str::to_owned) }
 }
 
-/// Seven forms: a winner, a tie, a slower one, one that explodes, one that locks, one that is
-/// refused, and one that is cheaper where the target is easier.
+/// Nine forms: a winner, a tie, a slower one, one that explodes, one that locks, one that is
+/// refused, one that is cheaper where the target is easier, one that never meets it, and one that is
+/// predicted to be too slow for a run.
 fn synthetic() -> Facts {
     use Verdict::{Diverged, Locked, Stable};
     Facts {
@@ -72,6 +73,8 @@ fn synthetic() -> Facts {
             form("locks", "imex-euler", End::Exhausted, None),
             form("refused", "desbrun", End::Refused, Some("friction (`obstacles[0]`)")),
             form("coarse", "xpbd", End::Dominated, None),
+            form("never", "vbd", End::Exhausted, None),
+            form("unseen", "backward-euler", End::Dominated, None),
         ],
         runs: vec![
             run(0, 1, Stable, 0.02, 0.003),
@@ -82,6 +85,7 @@ fn synthetic() -> Facts {
             run(3, 20, Diverged, f64::INFINITY, 0.003),
             run(4, 8, Locked, 0.005, 0.001),
             run(6, 1, Stable, 0.03, 0.001),
+            run(7, 256, Stable, 0.5, 0.9),
         ],
         seconds: 50.0,
     }
@@ -111,6 +115,14 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert!(line("expect").contains("8.0 mm") && line("expect").contains("4.0 ms"), "{text:?}");
     assert!(line("ties").contains("tie, 4 steps"), "{text:?}");
     assert!(line("runner-up").contains("slow, 1 step"), "{text:?}");
+    // Whatever took part is told.
+    assert!(line("runner-up").contains("slower: coarse, unseen; never within the target: never"));
+    for form in &facts.forms {
+        assert!(text.iter().any(|line| line.contains(&form.label)), "{} {text:#?}", form.label);
+    }
+    let forms = &super::page::forms(&facts).rows;
+    assert_eq!(forms.len(), facts.forms.len(), "{forms:?}");
+    assert_eq!(forms.last().map(|row| row[0].as_str()), Some("unseen"));
     assert!(line("refused").contains("friction"), "{text:?}");
     let command = line("run it");
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
@@ -137,6 +149,16 @@ fn noise_raises_the_target() {
     facts.truth.floor_m = Some(0.02);
     assert_eq!(facts.good_m(), 0.04);
     assert_eq!(advise(&facts).take.map(|pick| pick.run), Some(7));
+}
+
+/// Where only the winner meets the target, the others are told without a runner-up.
+#[test]
+fn others_are_told_where_there_is_no_runner_up() {
+    let mut facts = synthetic();
+    facts.runs.retain(|run| ![1, 2].contains(&run.form));
+    let text = lines(&facts, &advise(&facts));
+    let others = text.iter().find(|line| line.starts_with("others")).map_or("", |line| &line[11..]);
+    assert!(others.starts_with("slower: tie, slow, coarse, unseen; never"), "{text:#?}");
 }
 
 fn sheet(pins: &str) -> String {
@@ -334,4 +356,69 @@ fn a_comparison_goes_on_from_its_journal() {
     let usual = journal_name(input.spec(), 0.4, &Options::default());
     assert_ne!(journal_name(input.spec(), 0.4, &other), usual);
     assert_ne!(journal_name(input.spec(), 0.5, &Options::default()), usual);
+}
+
+/// That no true motion was found holds for its budget alone. With a longer one it is looked for
+/// again, and what was held against itself until then is run again.
+#[test]
+fn a_longer_budget_looks_for_the_true_motion_again() {
+    let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
+    let folder = tempfile::tempdir().expect("a folder");
+    let options = |seconds: u64| Options {
+        methods: Some("leapfrog,bdf2".to_owned()),
+        budget: Duration::from_secs(seconds),
+        ..Options::default()
+    };
+    let unfinished = Unfinished::enter(folder.path(), false).expect("a folder of its own");
+    let name = journal_name(input.spec(), 0.4, &options(300));
+    let none = Found { truth: super::truth::none(None), members: Vec::new() };
+    {
+        let journal = unfinished.journal(&name, false).expect("a journal");
+        Memory::new(&journal, None).keep_truth(&none, options(300).budget).expect("written");
+    }
+    let facts = |seconds: u64| {
+        let journal = unfinished.journal(&name, false).expect("a journal");
+        let compared = resume("sheet", input.spec(), 0.4, &options(seconds), &journal, &|_| ());
+        compared.unwrap_or_else(|error| panic!("{error}")).facts
+    };
+    let short = facts(300);
+    assert_eq!(short.truth, none.truth, "what was not found in this time is known");
+    assert!(!short.runs.is_empty());
+    let long = facts(600);
+    assert!(long.truth.is_trusted && long.truth.members == 4, "{:?}", long.truth);
+    let fresh = compared(&sheet(HANGING), "leapfrog,bdf2").facts;
+    for run in &long.runs {
+        let same = |other: &&Run| (other.form, other.substeps) == (run.form, run.substeps);
+        if let Some(other) = fresh.runs.iter().find(same).filter(|run| run.is_sound()) {
+            assert_eq!(run.error_m, other.error_m, "held against itself: {run:?}");
+        }
+    }
+}
+
+/// A run that the time did not suffice for has not missed the target, and neither has one that
+/// nothing can be held against.
+#[test]
+fn a_run_for_which_there_is_no_time_is_not_measured() {
+    let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
+    let options = Options::default();
+    let stage = Stage::new("sheet", input.spec(), 0.4, &options).expect("valid");
+    let now = Deadline::new(Instant::now(), None);
+    let later = Deadline::new(Instant::now() + Duration::from_secs(3600), None);
+    let found = super::truth::find(&stage, later).expect("supported");
+    assert!(found.truth.is_trusted, "{:?}", found.truth);
+    let choice = Choice::parse("bdf2", &[]).expect("a method");
+    let check = |found: &Found, substeps: u32, deadline: Deadline| {
+        held(&stage, found, (&choice, substeps), Clock::Wall, deadline).expect("supported")
+    };
+    assert_eq!(check(&found, 64, now), Checked::NotMeasured);
+    let Checked::Held { error_m: Some(error_m), good_m } = check(&found, 64, later) else {
+        panic!("it was measured and is sound")
+    };
+    assert!(error_m <= good_m && good_m >= 0.01, "{error_m} {good_m}");
+    let none = Found { truth: super::truth::none(None), members: Vec::new() };
+    assert_eq!(check(&none, 64, later), Checked::NotMeasured);
+    // An explosion is a miss: it was measured, and is not sound.
+    let explicit = Choice::parse("explicit-euler", &[]).expect("a method");
+    let missed = held(&stage, &found, (&explicit, 1), Clock::Wall, later).expect("supported");
+    assert!(matches!(missed, Checked::Held { error_m: None, .. }), "{missed:?}");
 }

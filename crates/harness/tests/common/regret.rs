@@ -25,7 +25,7 @@ pub(crate) fn regret() -> Record<regret::Facts> {
         regret: ratio,
         effort: 0.05,
         again_m,
-        again_good_m: 0.01,
+        again_good_m: Some(0.01),
         portable: false,
     };
     let cases = vec![

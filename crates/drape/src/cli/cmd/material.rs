@@ -1,7 +1,7 @@
 //! `drape material`.
 
 use super::readings::{self, Reading};
-use crate::cli::output::{Sink, print};
+use crate::cli::output::{Sink, check_extension, print};
 use drape_model::Violation;
 use drape_model::fabric::{Material, Table};
 use drape_report::file::json;
@@ -33,7 +33,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let is_bundled = Material::text(&arguments.material).is_some();
     let inputs: Vec<_> =
         (!is_bundled).then(|| PathBuf::from(&arguments.material)).into_iter().collect();
-    let sink = arguments.out.as_ref().map(|out| Sink::check("--out", out, &inputs)).transpose()?;
+    let sink = |file: &PathBuf| {
+        let sink = Sink::check("--out", file, &inputs)?;
+        check_extension("--out", file, "json", "material in JSON")?;
+        Ok::<_, Violation>(sink)
+    };
+    let sink = arguments.out.as_ref().map(sink).transpose()?;
     let mut material =
         if is_table(&arguments.material) { of_table(arguments)? } else { whole(arguments)? };
     readings::apply(&arguments.readings, &mut material)?;

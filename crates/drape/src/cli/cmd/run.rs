@@ -1,7 +1,7 @@
 //! `drape run`.
 
 use super::frames::Frames;
-use super::probe::Probes;
+use super::probe::{Form, Probes};
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
@@ -19,7 +19,7 @@ use drape_model::{SystemSpec, TimeSpan, Violation};
 use drape_report::{printable, tell};
 use std::collections::BTreeSet;
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -86,6 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let inputs = files(&arguments.scene, &input);
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
     let sink = arguments.out.as_ref().map(sink).transpose()?;
+    let form = arguments.out.as_ref().map(|file| Form::of("--out", file)).transpose()?;
     let spec = input.spec();
     let mut simulation = OrderedSimulation::new(spec, &choice)
         .map_err(|violation| in_file(&arguments.scene, violation))?;
@@ -160,7 +161,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_deref()));
     let record = Run::of(spec, &choice, time, (&outcome, verdict), &simulation.state());
     if let Some(sink) = &sink {
-        if arguments.out.as_deref().is_some_and(is_csv) {
+        if form == Some(Form::Csv) {
             sink.write(super::probe::series(&record.series).as_bytes())?;
         } else {
             sink.write_run(&record)?;
@@ -231,11 +232,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         divergence.criterion
     ))
     .into())
-}
-
-/// Whether a file is to hold comma-separated values.
-fn is_csv(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 /// About how many times a run samples its speed.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Regrets that the advice should keep: in the median, and always.
 pub(super) const MEDIAN: f64 = 1.1;
 pub(super) const WORST: f64 = 1.5;
-/// Share of the cases in which the target should be met when it is measured again.
+/// Share of the measured cases in which the target should be met.
 pub(super) const MET: f64 = 0.95;
 
 /// All cases.
@@ -37,15 +37,15 @@ pub struct Case {
     pub best: Option<Pick>,
     /// What the comparison advises, which stops what seems dominated.
     pub advice: Option<Pick>,
-    /// Modelled time of the advice over that of the best.
+    /// Modelled time of the advice over that of the best; `None` where one of them is missing.
     pub regret: Option<f64>,
     /// Modelled time of all runs of the comparison over that of the exhaustive search.
     pub effort: f64,
     /// Error of the advised run where the cloth is pushed, m; `None` where it was not
     /// sound then.
     pub again_m: Option<f64>,
-    /// Error that counts as met then, m.
-    pub again_good_m: f64,
+    /// Error that counts as met then, m; `None` where the run was not measured then.
+    pub again_good_m: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,
 }
@@ -121,36 +121,103 @@ pub struct TimingRow {
     pub is_judged: bool,
     /// Forms that the search could not run to their end.
     pub left: usize,
-    /// Label of the fastest form that met the target in the search, timed in turns; `None` where
+    /// Label of the fastest run that met the target in the search, timed in turns; `None` where
     /// none did.
     pub best: Option<String>,
     /// Its steps a frame.
     pub best_substeps: u32,
-    /// Time a frame of the advice over that of the best, timed in turns.
+    /// Time a frame of the advice over that of the best, timed in turns; `None` where one of them
+    /// is missing. Below 1 the comparison found a faster run than the search.
     pub regret: Option<f64>,
     /// Error of the advised run where the cloth is pushed, m; `None` where it was not sound then.
     pub again_m: Option<f64>,
-    /// Error that counts as met then, m; `None` where there is no true motion then.
+    /// Error that counts as met then, m; `None` where the run was not measured then.
     pub again_good_m: Option<f64>,
     /// Time a frame of the best form by modelled time over its modelled time, which is that of
     /// another machine.
     pub over_model: Option<f64>,
 }
 
+/// What came of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// The advised run met the target when it was measured again.
+    Met,
+    /// It did not, or the search found a run that meets the target and the comparison none.
+    Missed,
+    /// The advised run could not be measured again, or the search has nothing to judge by.
+    NotMeasured,
+}
+
+impl Outcome {
+    /// From the error of the advised run, m, and that which counts as met, when it was measured.
+    fn of(error_m: Option<f64>, good_m: Option<f64>) -> Self {
+        match good_m {
+            None => Self::NotMeasured,
+            Some(good) if error_m.is_some_and(|error| error <= good) => Self::Met,
+            Some(_) => Self::Missed,
+        }
+    }
+}
+
+/// How often the target was met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    pub(super) met: usize,
+    pub(super) missed: usize,
+    pub(super) not_measured: usize,
+}
+
+impl Tally {
+    pub(super) fn of(outcomes: impl Iterator<Item = Outcome>) -> Self {
+        outcomes.fold(Self::default(), |mut tally, outcome| {
+            *match outcome {
+                Outcome::Met => &mut tally.met,
+                Outcome::Missed => &mut tally.missed,
+                Outcome::NotMeasured => &mut tally.not_measured,
+            } += 1;
+            tally
+        })
+    }
+
+    /// Cases that were measured.
+    pub(super) fn measured(self) -> usize {
+        self.met + self.missed
+    }
+
+    /// Share of the measured cases in which the target was met.
+    pub(super) fn share(self) -> Option<f64> {
+        (self.measured() > 0).then(|| self.met as f64 / self.measured() as f64)
+    }
+}
+
 impl TimingRow {
-    /// Whether the advised run met the target when it was measured again; `None` where nothing was
-    /// advised or it could not be measured.
-    pub(super) fn is_met(&self) -> Option<bool> {
-        self.label.as_ref()?;
-        let good = self.again_good_m?;
-        Some(self.again_m.is_some_and(|error| error <= good))
+    /// Whether the search found a run that meets the target, and the comparison none.
+    pub(super) fn lacks_advice(&self) -> bool {
+        self.label.is_none() && self.best.is_some()
+    }
+
+    /// What came of it; `None` where no form meets the target.
+    pub(super) fn outcome(&self) -> Option<Outcome> {
+        match &self.label {
+            Some(_) => Some(Outcome::of(self.again_m, self.again_good_m)),
+            None if self.best.is_some() => Some(Outcome::Missed),
+            None => (!self.is_judged).then_some(Outcome::NotMeasured),
+        }
     }
 }
 
 impl Case {
-    /// Whether the advised run met the target when it was measured again; `None` without advice.
-    pub(super) fn is_met(&self) -> Option<bool> {
-        self.advice.as_ref()?;
-        Some(self.again_m.is_some_and(|error| error <= self.again_good_m))
+    /// Whether the search found a run that meets the target, and the comparison none.
+    pub(super) fn lacks_advice(&self) -> bool {
+        self.advice.is_none() && self.best.is_some()
+    }
+
+    /// What came of it; `None` where no form meets the target.
+    pub(super) fn outcome(&self) -> Option<Outcome> {
+        match &self.advice {
+            Some(_) => Some(Outcome::of(self.again_m, self.again_good_m)),
+            None => self.best.is_some().then_some(Outcome::Missed),
+        }
     }
 }

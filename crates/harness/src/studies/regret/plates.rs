@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `regret`.
 
-use super::facts::{Case, Facts, MEDIAN, MET, Origin, Pick, TimingRow, WORST};
+use super::facts::{Case, Facts, MEDIAN, MET, Origin, Outcome, Pick, Tally, TimingRow, WORST};
 use drape_report::number::{median, percent, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -42,8 +42,11 @@ fn figure(input: &Input) -> Option<Sheet> {
         let series = Series::new(label.to_owned(), Look::number(n), points.collect());
         panel.series.extend(series.map(Series::apart));
     };
-    series(0, "target met on a pushed cloth", |case| case.is_met() == Some(true));
-    series(1, "target missed on a pushed cloth", |case| case.is_met() == Some(false));
+    series(0, "target met on a pushed cloth", |case| case.outcome() == Some(Outcome::Met));
+    series(1, "target missed on a pushed cloth", |case| case.outcome() == Some(Outcome::Missed));
+    series(2, "not measured on a pushed cloth", |case| {
+        case.outcome() == Some(Outcome::NotMeasured)
+    });
     panel.rules.push(Rule { label: "greatest that it should have".to_owned(), at: At::Y(WORST) });
     (judged.len() > 1).then_some(Sheet { panels: vec![panel], notes: Vec::new() })
 }
@@ -52,10 +55,32 @@ fn millimetres(metres: f64) -> String {
     significant(1e3 * metres, 2)
 }
 
+fn ratio(value: Option<f64>) -> String {
+    value.map_or_else(absent, |value| significant(value, 3))
+}
+
 fn pick(pick: Option<&Pick>) -> String {
     pick.map_or_else(absent, |pick| {
         format!("{} ×{}, {} ms", pick.label, pick.substeps, significant(1e3 * pick.frame_s, 2))
     })
+}
+
+/// The error of an advised run that was measured again, and that which counts as met.
+fn again(error_m: Option<f64>, good_m: Option<f64>) -> String {
+    let error = || error_m.map_or_else(|| "not sound".to_owned(), millimetres);
+    good_m.map_or_else(absent, |good| format!("{}; {}", error(), millimetres(good)))
+}
+
+/// What came of a case, in a word.
+fn outcome(outcome: Option<Outcome>, lacks_advice: bool) -> String {
+    let word = match outcome {
+        Some(Outcome::Met) => "met",
+        Some(Outcome::Missed) if lacks_advice => "no advice",
+        Some(Outcome::Missed) => "missed",
+        Some(Outcome::NotMeasured) => "not measured",
+        None => "no form meets it",
+    };
+    word.to_owned()
 }
 
 /// All tables of the page.
@@ -68,15 +93,15 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
 
 fn cases(facts: &Facts) -> Table {
     let row = |case: &Case| {
-        let again = case.again_m.map_or_else(absent, millimetres);
         vec![
             case.scene.clone(),
             case.description.clone(),
             format!("{}; {}", millimetres(case.target_m), millimetres(case.good_m)),
             pick(case.best.as_ref()),
             pick(case.advice.as_ref()),
-            case.regret.map_or_else(absent, |regret| significant(regret, 3)),
-            format!("{again}; {}", millimetres(case.again_good_m)),
+            ratio(case.regret),
+            outcome(case.outcome(), case.lacks_advice()),
+            again(case.again_m, case.again_good_m),
             percent(case.effort, 2),
         ]
     };
@@ -89,6 +114,7 @@ fn cases(facts: &Facts) -> Table {
             "best of all",
             "advised",
             "regret",
+            "target when pushed",
             "error when pushed; counts as met (mm)",
             "effort",
         ]),
@@ -103,37 +129,51 @@ fn sums(rows: &[TimingRow]) -> Table {
     let line = |origin: Option<Origin>| {
         let own =
             || rows.iter().filter(move |row| origin.is_none_or(|origin| row.origin == origin));
-        let met: Vec<bool> = own().filter_map(TimingRow::is_met).collect();
-        let kept = met.iter().filter(|met| **met).count();
+        let tally = Tally::of(own().filter_map(TimingRow::outcome));
         let regrets: Vec<f64> = own().filter_map(|row| row.regret).collect();
-        let worst = regrets.iter().copied().reduce(f64::max);
-        let ratio = |value: Option<f64>| value.map_or_else(absent, |value| significant(value, 3));
+        let (middle, worst) =
+            (median(regrets.iter().copied()), regrets.iter().copied().reduce(f64::max));
+        let aim = match (tally.share(), middle, worst) {
+            (Some(share), Some(middle), Some(worst)) => {
+                let is_kept = share >= MET && middle <= MEDIAN && worst <= WORST;
+                if is_kept { "kept" } else { "not kept" }.to_owned()
+            }
+            _ => absent(),
+        };
+        let count =
+            |is_it: &dyn Fn(&TimingRow) -> bool| own().filter(|row| is_it(row)).count().to_string();
         vec![
             origin.map_or("all", Origin::name).to_owned(),
             own().count().to_string(),
-            own().filter(|row| row.is_judged).count().to_string(),
-            own().filter(|row| row.label.is_some()).count().to_string(),
-            format!("{kept} of {}", met.len()),
-            ratio(median(regrets.iter().copied())),
+            aim,
+            format!("{} of {}", tally.met, tally.measured()),
+            count(&TimingRow::lacks_advice),
+            tally.not_measured.to_string(),
+            count(&|row| row.outcome().is_none()),
+            ratio(middle),
             ratio(worst),
             regrets.len().to_string(),
+            count(&|row| row.is_judged && row.left == 0),
         ]
     };
     Table {
         title: format!(
-            "**The aim by the clock of one machine**: the target met in at least {}, a regret of at \
-             most {MEDIAN} in the median and {WORST} at worst.",
+            "**The aim by the clock of one machine**: the target met in at least {} of the cases \
+             that were measured, a regret of at most {MEDIAN} in the median and {WORST} at worst.",
             percent(MET, 2)
         ),
         header: texts(&[
             "scenes",
             "cases",
-            "with a true motion",
-            "with an advice",
-            "target met again",
+            "aim",
+            "target met",
+            "missed for lack of an advice",
+            "not measured",
+            "no form meets it",
             "regret: median",
             "worst",
             "of so many",
+            "whole searches",
         ]),
         names: 1,
         rows: all.map(line).collect(),
@@ -144,9 +184,7 @@ fn by_clock(rows: &[TimingRow]) -> Table {
     let form = |label: Option<&String>, substeps: u32| {
         label.map_or_else(absent, |label| format!("{label} ×{substeps}"))
     };
-    let ratio = |value: Option<f64>| value.map_or_else(absent, |value| significant(value, 3));
     let row = |row: &TimingRow| {
-        let again = row.again_m.map_or_else(absent, millimetres);
         vec![
             row.scene.clone(),
             row.origin.name().to_owned(),
@@ -156,7 +194,9 @@ fn by_clock(rows: &[TimingRow]) -> Table {
             form(row.label.as_ref(), row.substeps),
             form(row.best.as_ref(), row.best_substeps),
             ratio(row.regret),
-            row.again_good_m.map_or_else(absent, |good| format!("{again}; {}", millimetres(good))),
+            outcome(row.outcome(), row.lacks_advice()),
+            again(row.again_m, row.again_good_m),
+            if row.is_judged { row.left.to_string() } else { absent() },
             significant(row.seconds, 2),
             ratio(row.over_model),
         ]
@@ -176,11 +216,74 @@ fn by_clock(rows: &[TimingRow]) -> Table {
             "advised",
             "best of the search",
             "regret",
+            "target when pushed",
             "error when pushed; counts as met (mm)",
+            "forms that the search left",
             "seconds",
             "clock over model",
         ]),
         names: 2,
         rows: rows.iter().map(row).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(
+        label: Option<&str>,
+        best: Option<&str>,
+        again: (Option<f64>, Option<f64>),
+    ) -> TimingRow {
+        TimingRow {
+            scene: "strip".to_owned(),
+            origin: Origin::Springs,
+            particles: 105,
+            duration_s: 0.5,
+            target_m: 0.01,
+            budget_s: 6.0,
+            seconds: 5.7,
+            is_trusted: true,
+            label: label.map(str::to_owned),
+            substeps: 4,
+            search_s: 8.5,
+            is_judged: true,
+            left: 0,
+            best: best.map(str::to_owned),
+            best_substeps: 4,
+            regret: label.and(best).map(|_| 1.0),
+            again_m: again.0,
+            again_good_m: again.1,
+            over_model: None,
+        }
+    }
+
+    /// Met, missed, not measured, lacking an advice, and a target that no form meets.
+    #[test]
+    fn the_sums_count_what_came_of_each_case() {
+        let good = Some(0.01);
+        let (one, other) = (Some("bdf2"), Some("xpbd"));
+        let mut rows = vec![
+            row(one, one, (Some(0.009), good)),
+            row(one, one, (None, good)),
+            row(one, one, (None, None)),
+            row(None, other, (None, None)),
+            row(None, None, (None, None)),
+        ];
+        let sums_of = |rows: &[TimingRow]| sums(rows).rows[0][2..].join("|");
+        assert_eq!(sums_of(&rows), "not kept|1 of 3|1|1|1|1.00|1.00|3|5");
+        let words: Vec<String> = by_clock(&rows).rows.iter().map(|row| row[8].clone()).collect();
+        let expected = ["met", "missed", "not measured", "no advice", "no form meets it"];
+        assert_eq!(words, expected);
+        // Without the misses the aim is kept; what was not measured neither helps nor harms.
+        rows.remove(3);
+        rows.remove(1);
+        assert_eq!(sums_of(&rows), "kept|1 of 1|0|1|1|1.00|1.00|2|3");
+        // An advice where the search has nothing to judge by is no regret of 1.
+        rows[0] = TimingRow { is_judged: false, ..row(one, None, (Some(0.009), good)) };
+        assert_eq!(sums_of(&rows), "kept|1 of 1|0|1|1|1.00|1.00|1|2");
+        rows.truncate(1);
+        assert_eq!(sums_of(&rows), "–|1 of 1|0|0|0|–|–|0|0");
     }
 }

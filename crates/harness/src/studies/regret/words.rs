@@ -1,6 +1,6 @@
 //! The words of the study `regret`.
 
-use super::facts::{Case, Facts, MEDIAN, MET, WORST};
+use super::facts::{Case, Facts, MEDIAN, MET, Outcome, Tally, WORST};
 use drape_report::Words;
 use drape_report::number::{median, percent, significant};
 
@@ -14,12 +14,13 @@ pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [met(facts), cost(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
-        [] => "No case has an advice.".to_owned(),
+        [] => "No case could be judged.".to_owned(),
         sentences => sentences.join(" "),
     };
-    let observations = [effort(facts), worst(facts), same(facts), none(facts)];
+    let observations = [effort(facts), worst(facts), same(facts), lacking(facts), none(facts)];
     let caveats = [
         untrusted(facts),
+        not_measured(facts),
         Some(
             "Time is modelled from counted work, so that the facts are the same everywhere; the \
              tables by the clock say what one machine saw."
@@ -39,20 +40,21 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
+fn tally(facts: &Facts) -> Tally {
+    Tally::of(facts.cases.iter().filter_map(Case::outcome))
+}
+
 /// How often the target is met when it is measured again.
 fn met(facts: &Facts) -> Option<String> {
-    let judged: Vec<bool> = facts.cases.iter().filter_map(Case::is_met).collect();
-    let kept = judged.iter().filter(|met| **met).count();
-    let share = kept as f64 / judged.len().max(1) as f64;
-    let verdict = if share >= MET { "as it should" } else { "and should more often" };
-    (!judged.is_empty()).then(|| {
-        format!(
-            "The advised run meets its target, measured again on a pushed cloth, in {kept} of {} \
-             cases, {verdict} (at least {}).",
-            judged.len(),
-            percent(MET, 2)
-        )
-    })
+    let tally = tally(facts);
+    let verdict = if tally.share()? >= MET { "as it should" } else { "and should more often" };
+    Some(format!(
+        "The advised run meets its target, measured again on a pushed cloth, in {} of {} cases, \
+         {verdict} (at least {}).",
+        tally.met,
+        tally.measured(),
+        percent(MET, 2)
+    ))
 }
 
 fn regrets(facts: &Facts) -> impl Iterator<Item = f64> {
@@ -105,14 +107,39 @@ fn same(facts: &Facts) -> Option<String> {
     (all > 0).then(|| format!("In {} of {all} cases it finds the best run itself.", found.count()))
 }
 
+fn count(facts: &Facts, is_it: impl Fn(&Case) -> bool) -> Option<String> {
+    match facts.cases.iter().filter(|case| is_it(case)).count() {
+        0 => None,
+        1 => Some("1 case".to_owned()),
+        count => Some(format!("{count} cases")),
+    }
+}
+
+/// Cases in which the search does better than the comparison in kind.
+fn lacking(facts: &Facts) -> Option<String> {
+    let cases = count(facts, Case::lacks_advice)?;
+    Some(format!(
+        "In {cases} the search finds a form that meets the target and the comparison none; that \
+         counts as not met."
+    ))
+}
+
 fn none(facts: &Facts) -> Option<String> {
-    let none = facts.cases.iter().filter(|case| case.best.is_none()).count();
-    (none > 0).then(|| format!("In {none} cases no form meets the target at all."))
+    let cases = count(facts, |case| case.best.is_none())?;
+    Some(format!("In {cases} the search finds no form that meets the target."))
 }
 
 fn untrusted(facts: &Facts) -> Option<String> {
-    let count = facts.cases.iter().filter(|case| !case.is_trusted).count();
-    (count > 0).then(|| format!("The true motion is not trusted in {count} cases."))
+    let cases = count(facts, |case| !case.is_trusted)?;
+    Some(format!("The true motion is not trusted in {cases}."))
+}
+
+fn not_measured(facts: &Facts) -> Option<String> {
+    let cases = count(facts, |case| case.outcome() == Some(Outcome::NotMeasured))?;
+    Some(format!(
+        "In {cases} no true motion was found for the pushed cloth: they count neither as met nor as \
+         missed."
+    ))
 }
 
 #[cfg(test)]
@@ -140,7 +167,7 @@ mod tests {
             regret: Some(regret),
             effort: 0.2,
             again_m,
-            again_good_m: 0.01,
+            again_good_m: Some(0.01),
             portable: false,
         }
     }
@@ -156,6 +183,21 @@ mod tests {
         let said = words(&bad).conclusion;
         assert!(said.contains("in 0 of 2 cases, and should more often"), "{said}");
         assert!(said.contains("beyond the aim"), "{said}");
-        assert_eq!(words(&Facts { cases: vec![] }).conclusion, "No case has an advice.");
+        assert_eq!(words(&Facts { cases: vec![] }).conclusion, "No case could be judged.");
+    }
+
+    #[test]
+    fn an_advice_that_is_missing_counts_as_missed_and_one_that_was_not_measured_does_not() {
+        let lacking = Case { advice: None, regret: None, again_good_m: None, ..case(1.0, None) };
+        let unknown = Case { again_good_m: None, ..case(1.0, None) };
+        let hopeless = Case { best: None, ..lacking.clone() };
+        let cases = vec![case(1.0, Some(0.009)), lacking, unknown, hopeless];
+        let said = words(&Facts { cases });
+        assert!(said.conclusion.contains("in 1 of 2 cases, and should more"), "{said:?}");
+        let observed = said.observations.join(" ");
+        assert!(observed.contains("In 1 case the search finds a form that meets"), "{said:?}");
+        assert!(observed.contains("In 1 case the search finds no form"), "{said:?}");
+        let caveats = said.caveats.join(" ");
+        assert!(caveats.contains("In 1 case no true motion was found"), "{said:?}");
     }
 }

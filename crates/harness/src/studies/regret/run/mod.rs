@@ -7,7 +7,7 @@ mod scenes;
 mod tests;
 
 use crate::compare::facts::Facts as Record;
-use crate::compare::{Clock, Options, advise, check_run, compare};
+use crate::compare::{Checked, Clock, Options, advise, check_run, compare};
 use crate::facts::{Fact, fact};
 use crate::methods::Choice;
 use crate::studies::regret::facts::{Case, Facts, Pick, TimingRow};
@@ -34,8 +34,10 @@ pub(super) fn method() -> String {
          without forms that have no prices of their own. The \
          exhaustive search runs every form with rising numbers of steps until it meets the target, \
          whatever others do. Regret is the modelled time of the advised run over that of the best \
-         run of the exhaustive search. The advised form is then run again on another motion: all free \
-         particles of the scene are pushed by {PUSH:?} m/s, and the true motion is found anew.",
+         run of the exhaustive search that meets the target. The advised form is then run again on \
+         another motion: all free particles of the scene are pushed by {PUSH:?} m/s, and the true \
+         motion is found anew. A case in which the search finds a form and the comparison none counts \
+         as not met.",
         scenes::DURATION_S
     )
 }
@@ -85,8 +87,9 @@ impl Question {
                 Some(check_run(name, &pushed(&spec), duration, &self.options(), run)?)
             }
         };
-        let again_good_m = again.map_or(raced.good_m(), |again| again.good_m);
-        let regret = best.as_ref().zip(advice.as_ref()).map(|(b, a)| a.frame_s / b.frame_s);
+        let (again_m, again_good_m) = measured(again);
+        let regret =
+            best.as_ref().zip(advice.as_ref()).and_then(|(b, a)| ratio(a.frame_s, b.frame_s));
         Ok(Case {
             scene: self.scene.name.to_owned(),
             description: self.scene.description.to_owned(),
@@ -98,11 +101,25 @@ impl Question {
             advice,
             regret,
             effort: work(&raced) / work(&all),
-            again_m: again.and_then(|again| again.error_m),
+            again_m,
             again_good_m,
             portable: false,
         })
     }
+}
+
+/// The error of a run that was measured again, m, and that which counts as met: `None` where it was
+/// not measured.
+fn measured(again: Option<Checked>) -> (Option<f64>, Option<f64>) {
+    match again {
+        Some(Checked::Held { error_m, good_m }) => (error_m, Some(good_m)),
+        Some(Checked::NotMeasured) | None => (None, None),
+    }
+}
+
+/// A ratio of two times, if it is a number: no other belongs into a record.
+fn ratio(time: f64, other: f64) -> Option<f64> {
+    Some(time / other).filter(|ratio| ratio.is_finite())
 }
 
 /// The scene with all free particles pushed.

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use super::*;
+use crate::studies::regret::facts::Outcome;
 
 #[test]
 fn every_scene_builds_has_its_size_and_moves() {
@@ -67,5 +68,5 @@ fn a_case_is_a_fact() {
     let regret = case.regret.unwrap();
     assert!((1.0..1.5).contains(&regret), "{case:?}");
     assert!(case.effort < 0.7, "the race is shorter than the search: {case:?}");
-    assert_eq!(case.is_met(), Some(true), "{case:?}");
+    assert_eq!(case.outcome(), Some(Outcome::Met), "{case:?}");
 }
