@@ -243,7 +243,7 @@ fn a_record_is_refused_where_its_ending_names_no_format() {
         let output = drape(folder.path(), &[&run[..], &[out]].concat());
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
-        let expected = format!("`--out` is `{out}`, expected a name that ends in .csv or .json");
+        let expected = format!("`--out` is `{out}`; expected a name that ends in .csv or .json");
         assert!(said.contains(&expected) && said.trim_end().lines().count() == 1, "{said}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -39,7 +39,7 @@ pub(crate) fn end_and_tell() {
 pub(crate) fn flag() -> &'static AtomicBool {
     on_signal(|| {
         if FLAG.swap(true, Ordering::Relaxed) {
-            tell!("drape: interrupted twice; nothing is kept");
+            tell!("drape: interrupted twice; no result is written");
             std::process::exit(INTERRUPTED.into());
         }
     });

@@ -185,17 +185,14 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             }
             _ => {
                 let why = truth.remark.as_deref().unwrap_or("none was found");
-                format!("itself at half the steps, its error bar; no true motion ({why})")
+                format!("itself at half the steps, also its error bar; no true motion ({why})")
             }
         },
     );
     if !truth.is_trusted {
-        told(
-            "warning",
-            "runs that agree with themselves may still be wrong; a longer --budget may find the \
-             true motion"
-                .to_owned(),
-        );
+        let advised = advice.take.as_ref().or(advice.closest.as_ref());
+        let doubt = advised.map_or("", |_| "runs that agree with themselves may still be wrong; ");
+        told("warning", format!("{doubt}a longer --budget may find the true motion"));
     } else if !truth.moves {
         told("note", "nothing moves in this scene: only the time tells methods apart".to_owned());
     }
@@ -210,6 +207,7 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         };
         format!("{error}{}{solves}", milliseconds(run.frame_s))
     };
+    let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     match (&advice.take, &advice.closest) {
         (Some(pick), _) => {
             let run = &facts.runs[pick.run];
@@ -224,7 +222,8 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             told("take", "none: the time did not suffice for a run".to_owned());
         }
         (None, None) => {
-            told("take", "none: no run was stable, moved and could be judged".to_owned())
+            let when = if left > 0 { " in this time" } else { "" };
+            told("take", format!("none{when}: no run was stable, moved and could be judged"))
         }
     }
     if !advice.ties.is_empty() {
@@ -234,14 +233,19 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
     let next =
         |pick: &Pick| format!("{}: {} times the time", said(pick), significant(pick.times, 2));
     let mut behind: Vec<String> = advice.runner_up.iter().map(next).collect();
-    for (word, forms) in [("slower", &advice.slower), ("never within the target", &advice.missed)] {
+    // Labels have commas.
+    for (first, later, forms) in [
+        ("slower", "Slower", &advice.slower),
+        ("never within the target", "Never within the target", &advice.missed),
+    ] {
         if !forms.is_empty() {
-            behind.push(format!("{word}: {}", listed(forms, ", ")));
+            let word = if behind.is_empty() { first } else { later };
+            behind.push(format!("{word}: {}", listed(forms, "; ")));
         }
     }
     if !behind.is_empty() {
         let word = if advice.runner_up.is_some() { "runner-up" } else { "others" };
-        told(word, behind.join("; "));
+        told(word, behind.join(". "));
     }
     let up_to = |forms: &[(String, u32)]| -> Vec<String> {
         forms.iter().map(|(label, most)| format!("{label} {most}")).collect()
@@ -272,7 +276,6 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         format!("{} for {}", said(&Pick { run, times: 1.0 }), length(target))
     };
     let mut changes: Vec<String> = advice.other_targets.iter().map(other).collect();
-    let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     if left > 0 {
         changes.push(format!("a longer --budget: {left} forms were not run to their end"));
     }

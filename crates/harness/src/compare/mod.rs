@@ -69,6 +69,9 @@ use truth::{Found, find, verdict};
 const TRUTH_SHARE: f64 = 0.3;
 const RACE_SHARE: f64 = 0.85;
 const TIMING_SHARE: f64 = 0.95;
+/// Share of the time until the end of the race that may go to probes: what is left of the forms is
+/// not run, so that the others are.
+const PROBES_SHARE: f64 = 0.5;
 /// Share of a film after which a run may be stopped as dominated.
 const EARLY: f64 = 0.1;
 /// Forms that are timed again, and how often, in turns.
@@ -463,10 +466,11 @@ impl<'a> Course<'a> {
     /// All forms with their ladders. A few steps of each tell what they cost, and what it refuses.
     fn entrants(&mut self) -> Result<Vec<Entrant>, HarnessError> {
         let mut entrants = Vec::new();
+        let deadline = self.deadline.after(PROBES_SHARE);
         for (form, entry) in self.entries.iter().enumerate() {
             let ladder = forms::ladder(entry.substeps, self.stage.scene.limit_substeps);
             let first = ladder.first().copied().unwrap_or(1);
-            if self.deadline.is_over() && self.memory.probe(&entry.choice.full_id()).is_none() {
+            if deadline.is_over() && self.memory.probe(&entry.choice.full_id()).is_none() {
                 let mut entrant = Entrant::new(ladder, f64::INFINITY);
                 entrant.end = Some(End::OutOfTime);
                 entrants.push(entrant);

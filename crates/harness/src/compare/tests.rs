@@ -116,8 +116,10 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert!(line("ties").contains("tie, 4 steps"), "{text:?}");
     assert!(line("runner-up").contains("slow, 1 step"), "{text:?}");
     // Whatever took part is told.
-    assert!(line("runner-up").contains("slower: coarse, unseen; never within the target: never"));
-    for form in &facts.forms {
+    assert!(
+        line("runner-up").contains("time. Slower: coarse; unseen. Never within the target: never")
+    );
+    for form in facts.forms.iter().skip(1) {
         assert!(text.iter().any(|line| line.contains(&form.label)), "{} {text:#?}", form.label);
     }
     let forms = &super::page::forms(&facts).rows;
@@ -140,6 +142,14 @@ fn where_nothing_meets_the_target_the_closest_is_named() {
     facts.runs.clear();
     let text = lines(&facts, &advise(&facts));
     assert!(text[2].contains("none: the time"), "{text:?}");
+    // Where some runs failed and the time was over, the time is named.
+    let mut facts = synthetic();
+    facts.runs.retain(|run| !run.is_sound());
+    let text = lines(&facts, &advise(&facts));
+    assert!(text[2].contains("none: no run was stable"), "{text:?}");
+    facts.forms[0].end = End::OutOfTime;
+    let text = lines(&facts, &advise(&facts));
+    assert!(text[2].contains("none in this time: no run was stable"), "{text:?}");
 }
 
 /// Below the noise nothing is told apart: twice the noise counts as met.
@@ -158,7 +168,7 @@ fn others_are_told_where_there_is_no_runner_up() {
     facts.runs.retain(|run| ![1, 2].contains(&run.form));
     let text = lines(&facts, &advise(&facts));
     let others = text.iter().find(|line| line.starts_with("others")).map_or("", |line| &line[11..]);
-    assert!(others.starts_with("slower: tie, slow, coarse, unseen; never"), "{text:#?}");
+    assert!(others.starts_with("slower: tie; slow; coarse; unseen. Never"), "{text:#?}");
 }
 
 fn sheet(pins: &str) -> String {
