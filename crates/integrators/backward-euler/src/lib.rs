@@ -29,7 +29,9 @@
 //!
 //! * **Order and stability.** Order 1, and L-stable on linear problems: on the oscillator the
 //!   amplification matrix is `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`.
-//! * **Conservation.** Linear momentum is conserved. The angular momentum of one spring obeys
+//! * **Conservation.** Linear momentum is conserved, to round-off with `solver=cholesky` and to the
+//!   tolerance of the solve with the default solver: the sum of a residual over the particles is
+//!   momentum. The angular momentum of one spring obeys
 //!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*.
 //!   So backward Euler is **not** energy monotone. It guarantees `Φ(v_{n+1}) ≤ Φ(v)`, up to
 //!   round-off, for every start that was tried.
