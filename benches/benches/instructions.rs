@@ -30,7 +30,7 @@ const SIDE: u32 = 52;
 const STEPS: usize = 5;
 
 /// Method, or `forces`, and mesh.
-const KERNELS: [(&str, Mesh); 16] = [
+const KERNELS: [(&str, Mesh); 17] = [
     ("forces", Mesh::Grid),
     ("forces", Mesh::General),
     ("symplectic-euler", Mesh::Grid),
@@ -42,6 +42,7 @@ const KERNELS: [(&str, Mesh); 16] = [
     ("imex-euler:solver=cholesky", Mesh::Grid),
     ("imex-updated", Mesh::Grid),
     ("baraff-witkin", Mesh::Grid),
+    ("backward-euler", Mesh::Grid),
     ("backward-euler:residual=1e-3,solver=cholesky", Mesh::Grid),
     ("xpbd:substeps=4", Mesh::Grid),
     ("xpbd:substeps=4", Mesh::General),

@@ -736,7 +736,7 @@ fn the_error_of_the_spin_falls_with_the_number_of_steps() {
     let (x, v) = ([Vec3::x() * -0.25, Vec3::x() * 0.25], [-Vec3::y(), Vec3::y()]);
     let mut spec = particles(&[0.25; 2], &x, &v);
     spec.springs = vec![tension((0, 1), 0.4, 10.0, 0.0)];
-    for (family, steps) in ["adams-bashforth2:", "bdf2:residual=1e-16,,solver=cholesky"]
+    for (family, steps) in ["adams-bashforth2:", "bdf2:residual=1e-16,solver=cholesky,"]
         .into_iter()
         .flat_map(|family| [1, 2, 3].map(|steps| (family, steps)))
     {

@@ -74,6 +74,18 @@ fn steps_with_hinges_allocate_nothing() {
     }
 }
 
+/// From 1000 particles on, Newton's default solver takes single precision, or keeps the coarse
+/// matrices of multigrid.
+#[test]
+fn steps_of_large_sheets_allocate_nothing_with_newtons_default_solver() {
+    for tension in [1e4, 1e7] {
+        for id in ["backward-euler", "bdf2", "dirk", "midpoint", "generalized-alpha"] {
+            let sheet = Sheet { side: 34, tension, shear: 0.1 * tension, ..SHEET };
+            check(id, &format!("a large sheet, {tension:e}"), sheet.build());
+        }
+    }
+}
+
 /// Its remainder beside the linear part, and its directions, need memory of their own.
 #[test]
 fn steps_with_projected_damping_allocate_nothing() {

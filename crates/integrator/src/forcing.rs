@@ -83,7 +83,8 @@ impl Forcing {
         Self::at_most(rule, GREATEST)
     }
 
-    /// As [`new`](Self::new) with another first and greatest term than 0.5.
+    /// As [`new`](Self::new) with another first and greatest term than 0.5. Near the goal a term may
+    /// be larger, up to 0.5, since no solve goes beyond the goal.
     pub(crate) fn at_most(rule: ForcingRule, greatest: f64) -> Self {
         Self { rule, greatest, last: None }
     }
@@ -122,6 +123,24 @@ mod tests {
             (0.09, 0.225),               // 0.9 · 0.01 = 0.009; the safeguard keeps 0.9 · 0.25
             (0.009, 0.009),              // 0.9 · 0.225² = 0.0456 is below 0.1: no safeguard
             (0.0009, 0.5 * 1e-4 / 9e-4), // 0.009 would solve beyond the goal of 1e-4
+        ];
+        for (norm, expected) in residuals_and_terms {
+            let term = forcing.next(norm, 1e-4);
+            assert!((term - expected).abs() < 1e-12, "at {norm}: {term}, not {expected}");
+        }
+    }
+
+    /// A greatest term of 0.03 instead of 0.5 gives way where the goal is near.
+    #[test]
+    fn a_tighter_rule_stays_tight_until_the_goal_is_near() {
+        let mut forcing = Forcing::at_most(ForcingRule::EisenstatWalker, 0.03);
+        let residuals_and_terms = [
+            (1.0, 0.03),               // the first
+            (0.9, 0.03),               // 0.9 · 0.81, cut to 0.03
+            (0.09, 0.009),             // 0.9 · 0.01, as with 0.5
+            (4e-4, 0.5 * 1e-4 / 4e-4), // a fall by 0.125 reaches half of the goal of 1e-4
+            (1.01e-4, 0.5 / 1.01),
+            (0.5e-4, 0.5), // never above 0.5
         ];
         for (norm, expected) in residuals_and_terms {
             let term = forcing.next(norm, 1e-4);

@@ -102,7 +102,7 @@ impl Newton {
         potential: &IncrementalPotential,
         linear: NewtonLinear,
     ) -> Result<Self, PrepareError> {
-        let n = system.len();
+        let (n, linear) = (system.len(), linear.resolved());
         let matrix = NewtonMatrix::new(system, potential, linear)?;
         let zeros = || vec![Vec3::zeros(); n];
         Ok(Self {
@@ -151,8 +151,8 @@ impl Newton {
         let mut last_residual = f64::INFINITY;
         let NewtonLinear { jacobian, solver } = self.linear;
         let most_iterations = settings.safeguard.most_iterations(settings.max_iterations);
-        let mut forcing = self.matrix.forcing(solver, potential);
         self.matrix.begin();
+        let mut forcing = self.matrix.forcing(solver, potential);
         let mut is_known = false;
         loop {
             if !is_known {

@@ -13,6 +13,9 @@ use drape_solvers::{
 };
 use std::cell::RefCell;
 
+#[cfg(test)]
+mod tests;
+
 /// When Newton's method factorises its matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Jacobian {
@@ -36,12 +39,18 @@ pub enum NewtonSolver {
     Multigrid(ForcingRule),
     /// The faster of the two, by the stiffness of the stage: conjugate gradients with the diagonal
     /// blocks up to a limit of the greatest `τ_x τ_v k/m`, multigrid above. The tolerance is
-    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). From 1000
-    /// particles on, conjugate gradients on regular grids run in [single precision](SinglePcg),
-    /// since Newton's method judges what they find by the residual, and multigrid keeps its coarse
-    /// matrices while they serve, within a stage. The
-    /// line search judges a step by gradients, which cost a fraction of energies, and the start is
-    /// the candidate with the least residual.
+    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). With a
+    /// [saved Jacobian](Jacobian::Saved) it is [`Cholesky`](Self::Cholesky).
+    ///
+    /// From 1000 particles on, multigrid keeps its coarse matrices while they serve, within a stage.
+    /// Conjugate gradients then run in [single precision](SinglePcg) on regular grids without
+    /// obstacles, since Newton's method judges what they find by the residual. Contacts give
+    /// matrices that are not symmetric block by block, which single precision does not hold: scenes
+    /// with obstacles are solved in double precision throughout. Where single precision fails, the
+    /// rest of the stage is solved without it.
+    ///
+    /// The line search judges a step by gradients, which cost a fraction of energies, and the start
+    /// is the candidate with the least residual.
     Auto,
 }
 
@@ -119,10 +128,9 @@ impl Declares for NewtonLinear {
             SolverWord::Cholesky => NewtonSolver::Cholesky,
             SolverWord::Cg => NewtonSolver::Cg(rule),
             SolverWord::Multigrid => NewtonSolver::Multigrid(rule),
-            SolverWord::Auto if jacobian == Jacobian::Saved => NewtonSolver::Cholesky,
             SolverWord::Auto => NewtonSolver::Auto,
         };
-        Self { jacobian, solver }
+        Self { jacobian, solver }.resolved()
     }
 }
 
@@ -135,6 +143,17 @@ impl Default for NewtonLinear {
 impl NewtonLinear {
     /// A sparse Cholesky factor in each iteration: for exact solves and for small systems.
     pub const CHOLESKY: Self = Self { jacobian: Jacobian::Fresh, solver: NewtonSolver::Cholesky };
+
+    /// The same with the solver that [`Auto`](NewtonSolver::Auto) stands for beside a saved
+    /// Jacobian: the kept factor.
+    pub(crate) fn resolved(self) -> Self {
+        match (self.jacobian, self.solver) {
+            (Jacobian::Saved, NewtonSolver::Auto) => {
+                Self { solver: NewtonSolver::Cholesky, ..self }
+            }
+            _ => self,
+        }
+    }
 
     /// Whether the Hessian is factorised.
     fn factorises(self) -> bool {
@@ -156,10 +175,11 @@ impl NewtonLinear {
 const STIFF: f64 = 200.0;
 /// The same where conjugate gradients run in single precision: an iteration takes half the time.
 const STIFF_SINGLE: f64 = 2000.0;
-/// Greatest forcing term there: iterations are cheap beside the Hessian of another iterate.
+/// Greatest forcing term there, but where a looser solve reaches the goal: iterations are cheap
+/// beside the Hessian of another iterate.
 const GREATEST_OF_SINGLE: f64 = 0.03;
-/// From so many particles on, stages of grids are solved in single precision, and coarse matrices
-/// are kept: smaller systems stay in the nearest caches.
+/// From so many particles on, stages of grids without obstacles are solved in single precision, and
+/// coarse matrices are kept: smaller systems stay in the nearest caches.
 const LARGE: usize = 1000;
 /// A factor is dropped when the next correction is longer than this fraction of the last one.
 const SLOW: f64 = 0.3;
@@ -193,8 +213,10 @@ pub(crate) struct NewtonMatrix {
     coarse_serves: bool,
     /// Whether they are kept over the iterations of a stage.
     keeps_coarse: bool,
-    /// Where the settings leave the choice and the mesh has bands.
+    /// Where the settings leave the choice, the mesh has bands and the scene no obstacles.
     single: Option<SinglePcg>,
+    /// Whether it has not failed in this stage.
+    single_serves: bool,
     workspace: PcgWorkspace,
     /// No constraints, since the matrix is already projected to them.
     none: Constraints,
@@ -254,6 +276,7 @@ impl NewtonMatrix {
                 NewtonSolver::Auto if n >= LARGE => SinglePcg::new(&matrix),
                 _ => None,
             },
+            single_serves: false,
             workspace: PcgWorkspace::new(n),
             none: Constraints::free(n),
             last_length: None,
@@ -268,6 +291,7 @@ impl NewtonMatrix {
         self.last_length = None;
         self.saved.stages = self.saved.stages.saturating_add(1);
         self.coarse_serves = false;
+        self.single_serves = self.single.is_some();
         if let Some(stiff) = &mut self.stiff {
             stiff.begin();
         }
@@ -275,17 +299,17 @@ impl NewtonMatrix {
 
     /// Whether [`Auto`](NewtonSolver::Auto) solves this stage by multigrid.
     fn is_stiff(&self, potential: &IncrementalPotential) -> bool {
-        let limit = if self.single.is_some() { STIFF_SINGLE } else { STIFF };
+        let limit = if self.single_serves { STIFF_SINGLE } else { STIFF };
         self.stiff.is_some() && potential.stiffness() > limit
     }
 
-    /// The forcing terms of a stage.
+    /// The forcing terms of the stage that has begun.
     pub(crate) fn forcing(
         &self,
         solver: NewtonSolver,
         potential: &IncrementalPotential,
     ) -> Forcing {
-        if self.single.is_some() && !self.is_stiff(potential) {
+        if self.single_serves && !self.is_stiff(potential) {
             return Forcing::at_most(solver.forcing(), GREATEST_OF_SINGLE);
         }
         Forcing::new(solver.forcing())
@@ -342,15 +366,22 @@ impl NewtonMatrix {
             } else {
                 self.assemble(system, potential, constraints, Tangent::Exact);
             }
-            let before = report.cg_iterations;
-            let solve = |matrix: &mut Self, report: &mut NewtonReport, direction: &mut [Vec3]| {
-                matrix.iterate(saves, forcing, gradient, direction, report)
-            };
+            let (before, in_single) = (report.cg_iterations, self.single_serves);
+            let vectors = (gradient, &mut *direction);
+            let how = (saves, forcing, Tangent::Exact);
+            let is_solved = self.iterate(how, vectors, report).unwrap_or(false);
             // The exact Hessian may be indefinite; the projected one is positive definite.
-            if !solve(self, report, direction).unwrap_or(false) {
+            if !is_solved && self.single_serves == in_single {
                 self.coarse_serves = false;
                 self.assemble(system, potential, constraints, Tangent::Projected);
-                solve(self, report, direction)?;
+                let how = (saves, forcing, Tangent::Projected);
+                self.iterate(how, (gradient, direction), report)?;
+            }
+            if self.single_serves != in_single {
+                // Single precision does not do: once more, by what the stiffness then asks for.
+                let how = (settings, forcing);
+                let vectors = (gradient, direction);
+                return self.solve(system, potential, constraints, how, vectors, report);
             }
             if report.cg_iterations - before > MANY_ITERATIONS {
                 self.restart();
@@ -361,14 +392,13 @@ impl NewtonMatrix {
         Ok(())
     }
 
-    /// Conjugate gradients on the matrix. `Ok(false)` where they find that it is not positive
-    /// definite; an error where the preconditioner finds it.
+    /// Conjugate gradients on the matrix, which `tangent` names. `Ok(false)` where they find that it
+    /// is not positive definite, or where single precision fails, which then serves no longer; an
+    /// error where the preconditioner finds it.
     fn iterate(
         &mut self,
-        with_factor: bool,
-        forcing: f64,
-        gradient: &[Vec3],
-        direction: &mut [Vec3],
+        (with_factor, forcing, tangent): (bool, f64, Tangent),
+        (gradient, direction): (&[Vec3], &mut [Vec3]),
         report: &mut NewtonReport,
     ) -> Result<bool, StepError> {
         let is_kept = self.keeps_coarse && self.coarse_serves;
@@ -395,15 +425,18 @@ impl NewtonMatrix {
             &kept
         } else {
             diagonal.update(matrix)?;
+            let single = single.as_mut().filter(|_| self.single_serves);
             let solve = single
-                .as_mut()
                 .and_then(|single| single.solve(matrix, diagonal, gradient, direction, &settings));
             if let Some(solve) = solve {
                 report.cg_iterations += solve.iterations as u32;
                 report.matvecs += solve.multiplications as u32;
-                return Ok(true);
+                let is_indefinite =
+                    tangent == Tangent::Exact && solve.status == SolveStatus::Indefinite;
+                let is_solved = solve.status == SolveStatus::Converged;
+                self.single_serves = is_solved || is_indefinite;
+                return Ok(is_solved);
             }
-            direction.fill(Vec3::zeros());
             diagonal
         };
         let reference = Reference::FilteredRightHandSide;

@@ -29,7 +29,9 @@
 //!
 //! * **Order and stability.** Order 1, and L-stable on linear problems: on the oscillator the
 //!   amplification matrix is `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`.
-//! * **Conservation.** Linear momentum is conserved. The angular momentum of one spring obeys
+//! * **Conservation.** Linear momentum is conserved, to round-off with `solver=cholesky` and to the
+//!   tolerance of the solve with the default solver: the sum of a residual over the particles is
+//!   momentum. The angular momentum of one spring obeys
 //!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*.
 //!   So backward Euler is **not** energy monotone. It guarantees `Φ(v_{n+1}) ≤ Φ(v)`, up to
 //!   round-off, for every start that was tried.
@@ -118,27 +120,32 @@
 //!
 //! *The solver by the stiffness.* `solver=auto` takes conjugate gradients with diagonal blocks in
 //! stages up to `τ_x τ_v k/m = 200`, where `k` sums the stiffnesses of all springs at a particle,
-//! and multigrid above, both with the rule of Eisenstat and Walker. From 1000
-//! particles on, conjugate gradients on regular grids run in [single
-//! precision](drape_solvers::SinglePcg) up to 2000, with forcing terms of at most 0.03; Newton's
-//! residual, in double precision, judges what they find, and the step ends at the same one.
-//! Multigrid then keeps its coarse matrices over the iterations of a stage while a solve takes at
-//! most ten cycles. The step starts at the candidate with the least residual. It takes a full step
-//! where the gradients at both ends say that the potential falls (approximate Wolfe conditions),
-//! and no energy is evaluated then. So it takes about half the force evaluations. The sheet of 52 × 52 particles of the table above, processor time of
+//! and multigrid above, both with the rule of Eisenstat and Walker. The step starts at the
+//! candidate with the least residual. It takes a full step where the gradients at both ends say
+//! that the potential falls (approximate Wolfe conditions), and no energy is evaluated then. So it
+//! takes about half the force evaluations.
+//!
+//! From 1000 particles on, multigrid keeps its coarse matrices over the iterations of a stage while
+//! a solve takes at most ten cycles. Conjugate gradients then run in [single
+//! precision](drape_solvers::SinglePcg) up to 2000, on regular grids without obstacles: contacts
+//! need blocks that it does not hold. Its forcing terms are at most 0.03, but where a looser solve
+//! reaches the goal, and at least 1e-5. Newton's residual, in double precision, judges what it
+//! finds, so the step ends at the same one. Where single precision fails, the rest of the stage is
+//! solved by conjugate gradients in double precision up to 200 and by multigrid above.
+//!
+//! The limit of 200 comes from the sheet of 52 × 52 particles of the table above. Processor time of
 //! a step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly;
-//! first 6 to 60 steps, other work beside it, conjugate gradients in double precision and coarse
-//! matrices renewed in each iteration (`results/profile.md` has today's):
+//! first 6 to 60 steps, other work beside it, both solvers by name and so in double precision:
 //!
-//! | `k/m` | greatest `h²k/m` as above | CG | multigrid | `auto` | force evaluations of CG, `auto` |
-//! |---|---|---|---|---|---|
-//! | 1e4 | 4.8 | 4.3 | 9.6 | 4.0 | 18, 9.5 |
-//! | 1e5 | 48 | 5.9 | 9.0 | 5.5 | 19, 10 |
-//! | 1e6 | 480 | 4.5 | 3.6 | multigrid | 19, – |
-//! | 1e8 | 48 000 | 4.5 | 1.6 | 1.6 | 28, 11 |
+//! | `k/m` | greatest `h²k/m` as above | CG | multigrid | force evaluations of CG |
+//! |---|---|---|---|---|
+//! | 1e4 | 4.8 | 4.3 | 9.6 | 18 |
+//! | 1e5 | 48 | 5.9 | 9.0 | 19 |
+//! | 1e6 | 480 | 4.5 | 3.6 | 19 |
+//! | 1e8 | 48 000 | 4.5 | 1.6 | 28 |
 //!
-//! Products make half of the time at 1e4, and it is their number that keeps a converged step at
-//! four linearised ones: 30 against 8.
+//! `results/profile.md` has the time of the default. What keeps a converged step dearer than a
+//! linearised one is the number of its products.
 //!
 //! Plots: work against error in `results/figures/control-work.svg`, error against the step in
 //! `order-smooth.svg` and `order-stiff.svg`, spin in `momentum-spin.svg`, hard cases in

@@ -41,7 +41,9 @@
 //! * **Order and stability.** L-stable on linear problems. `tr-bdf2` and `sdirk2` share one
 //!   stability function, `sdirk3` and `esdirk3` another. The *stage order* decides where stiff
 //!   springs turn, see below.
-//! * **Conservation.** Momentum. Angular momentum is kept to the order only.
+//! * **Conservation.** Momentum, to round-off with `solver=cholesky` and to the tolerance of the
+//!   solve with the default solver: what is left of a residual is momentum. Angular momentum is kept
+//!   to the order only.
 //! * **Contact.** Contacts are found once a step. Along its normals a particle in contact has the
 //!   same velocity in every stage, the one that leads `x_{n+1}` to the surface. Each stage finds
 //!   the impulses of contacts and friction anew: `a_i` leaves them out. With them the coefficients,

@@ -48,8 +48,10 @@
 //! * **Changes of the step.** For `chung-hulbert` and `hht` the acceleration belongs to a time
 //!   between two steps, which depends on their length. Each change of `h` costs an order: with
 //!   steps of 1 and 2 in turn the observed order is 1.1. The trapezoidal rule keeps order 2.
-//! * **Conservation.** Momentum. The trapezoidal rule keeps `(1 + ¼θ (1 − ℓ/L)) d × v` of a pair,
-//!   so its angular momentum oscillates and never drifts.
+//! * **Conservation.** Momentum, to round-off with `solver=cholesky` and to the tolerance of the
+//!   solve with the default solver: what is left of a residual is momentum. The trapezoidal rule
+//!   keeps `(1 + ¼θ (1 − ℓ/L)) d × v` of a pair, so its angular momentum oscillates and never
+//!   drifts.
 //! * **Contact.** A particle in contact forgets the algorithmic acceleration: `a_n := M⁻¹f_n`.
 //!   Along its constraints it moves at one velocity through the step. Rubbing particles have order
 //!   1 in their positions. After a restart or a change of the system `a_n := M⁻¹f_n` for all.

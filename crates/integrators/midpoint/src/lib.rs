@@ -35,7 +35,8 @@
 //! * **Order and stability.** Order 2. On the oscillator `R(z) = (1 + z/2)/(1 − z/2)`: `|R| = 1`
 //!   without damping, `R(∞) = −1`. A-stability is a statement about linear springs.
 //! * **Conservation.** Momentum and angular momentum are exact for springs, up to the residual of
-//!   the solve. The method is symplectic. Energy is not conserved.
+//!   the solve: round-off with a tight `residual` and `solver=cholesky`, its tolerance with the
+//!   default solver. The method is symplectic. Energy is not conserved.
 //! * **Damping.** Full damping is linear in the velocity and taken in the middle. Projected damping
 //!   and air take their directions and coefficients at the predicted middle, which is within
 //!   `O(h²)`, so order 2 holds.

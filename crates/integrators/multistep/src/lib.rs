@@ -162,8 +162,9 @@
 //! Undamped over 2 s, three steps hold up to 2.5 ms. Two steps gain 3 % of the weight times 1 m at
 //! 1 ms and blow up at 2 ms.
 //!
-//! Both conserve momentum to round-off, neither conserves angular momentum. To try next: a step
-//! size from the difference of two orders, which the coefficients allow.
+//! Both conserve momentum: Adams to round-off, BDF to the tolerance of its solves, which is
+//! round-off with `solver=cholesky`. Neither conserves angular momentum. To try next: a step size
+//! from the difference of two orders, which the coefficients allow.
 
 mod coefficients;
 mod settings;

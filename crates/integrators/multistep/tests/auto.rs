@@ -1,4 +1,5 @@
-//! `solver=auto`, the default, finds the solution of the factorisations, by the solver that fits the stiffness.
+//! `solver=auto`, the default, finds the solution of the factorisations, by the solver that fits
+//! the stiffness.
 
 use drape_integrator::{Integrator, PhaseClock, SolveStatus, TimeStep};
 use drape_model::{State, System};
@@ -37,19 +38,29 @@ fn sheet_of(side: u32, stiffness: f64, obstacle: bool) -> (System, State) {
     drape_model::parse("sheet", &text).expect("valid").spec().build().expect("valid")
 }
 
-/// The state after some steps, and the CG iterations of all of them.
-fn steps(start: &(System, State), settings: &[(&str, &str)]) -> (State, u32) {
+/// What some steps took.
+#[derive(Default)]
+struct Work {
+    newton: u32,
+    cg: u32,
+    products: u32,
+}
+
+/// The state after some steps, and what they took.
+fn steps(start: &(System, State), settings: &[(&str, &str)], count: u32) -> (State, Work) {
     let (system, mut state) = start.clone();
     let mut method = Bdf::new(BdfSettings::from_pairs(settings.to_vec()).expect("in range"));
     let h = TimeStep::new(0.01).expect("positive");
     method.prepare(&system, h).expect("supported");
-    let mut iterations = 0;
-    for _ in 0..15 {
+    let mut work = Work::default();
+    for _ in 0..count {
         let report = method.step(&system, &mut state, h, &mut PhaseClock::off()).expect("finite");
         assert_eq!(report.solve, SolveStatus::Converged, "{settings:?}");
-        iterations += report.cg_iterations;
+        work.newton += report.newton_iterations;
+        work.cg += report.cg_iterations;
+        work.products += report.matvecs;
     }
-    (state, iterations)
+    (state, work)
 }
 
 #[test]
@@ -58,29 +69,35 @@ fn the_solution_is_that_of_factors_and_the_solver_follows_the_stiffness() {
     for (stiffness, is_stiff) in [(1e4, false), (1e7, true)] {
         for obstacle in [false, true] {
             let start = sheet(stiffness, obstacle);
-            let (expected, _) = steps(&start, &[("solver", "cholesky")]);
-            let (found, iterations) = steps(&start, &[]);
+            let (expected, _) = steps(&start, &[("solver", "cholesky")], 15);
+            let (found, work) = steps(&start, &[], 15);
             let apart = expected.x.iter().zip(&found.x).map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
             assert!(apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
-            let (_, by_blocks) = steps(&start, &[("solver", "cg"), LOOSE]);
-            let saved = f64::from(by_blocks) / f64::from(iterations);
+            let (_, by_blocks) = steps(&start, &[("solver", "cg"), LOOSE], 15);
+            let saved = f64::from(by_blocks.cg) / f64::from(work.cg);
             assert_eq!(saved > 2.0, is_stiff, "{stiffness:e}, {obstacle}: {saved}");
         }
     }
 }
 
-/// On a large grid conjugate gradients run in single precision and coarse matrices are kept.
+/// From 1000 particles on, coarse matrices are kept, and without obstacles conjugate gradients run in
+/// single precision: such a solve needs no product for its first residual.
 #[test]
-fn large_grids_end_at_the_same_solution_in_single_precision() {
+fn large_grids_end_at_the_same_solution_in_single_and_in_double_precision() {
     for stiffness in [1e3, 1e5, 1e6, 1e8] {
         for obstacle in [false, true] {
             let start = sheet_of(34, stiffness, obstacle);
-            let (expected, _) = steps(&start, &[("solver", "cholesky")]);
-            let (found, iterations) = steps(&start, &[]);
+            // From the eighth step on, three after the first contact, the stiffest sheet buckles on
+            // the ball, and a step has several solutions.
+            let count = if obstacle && stiffness > 1e7 { 7 } else { 15 };
+            let (expected, _) = steps(&start, &[("solver", "cholesky")], count);
+            let (found, work) = steps(&start, &[], count);
             let apart = expected.x.iter().zip(&found.x).map(|(a, b)| (a - b).norm());
             let apart = apart.fold(0.0, f64::max);
-            assert!(iterations > 0 && apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
+            assert!(work.cg > 0 && apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
+            let is_single = work.products < work.cg + work.newton;
+            assert_eq!(is_single, !obstacle && stiffness <= 1e6, "{stiffness:e}, {obstacle}");
         }
     }
 }

@@ -23,18 +23,15 @@
 //! At 100 000 rows the matrix comes from main memory: 33 ns beside other work on the machine, where
 //! the bandwidth alone would give 14. The processor does not prefetch 42 streams well.
 
+use super::product::{self, GROUP, Place, Term};
 use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{BandPlanes, SIX};
 use drape_kernels::lanes::WIDEST;
 use drape_kernels::planes::{self, Frame, join};
 use std::sync::Mutex;
 
-/// Rows with sums in the first-level cache; a page of each plane.
-const GROUP: usize = 512;
 /// Zeros behind the last row.
 const PADDING: usize = 2 * WIDEST;
-/// Blocks of each row in one pass over a group, during which the sums stay in registers.
-const TOGETHER: usize = 4;
 
 /// A symmetric matrix of symmetric 3×3 blocks on the diagonal and along few bands beside it.
 #[derive(Debug)]
@@ -54,15 +51,6 @@ pub(super) struct Bands {
     pub(super) window: Mutex<Window>,
 }
 
-/// The blocks of one diagonal, left or right of the main one, as factors of rows.
-#[derive(Clone, Copy, Debug, Default)]
-struct Term {
-    /// Place of the `xx` of row 0 in the planes.
-    block: usize,
-    /// Place of the factor of a chunk's first row in a plane of the window.
-    x: usize,
-}
-
 impl Clone for Bands {
     fn clone(&self) -> Self {
         let mut copy = Self::new(self.n, &self.offsets);
@@ -80,18 +68,12 @@ impl Bands {
         assert_ne!(offsets.first(), Some(&0), "the diagonal is no band");
         let reach = offsets.last().copied().unwrap_or(0).next_multiple_of(WIDEST);
         let stride = planes::stride(reach + n + PADDING);
-        let band = |b: usize| 6 * (b + 1) * stride + reach;
-        let numbered = || offsets.iter().copied().enumerate();
-        let mut terms: Vec<Term> =
-            numbered().rev().map(|(b, o)| Term { block: band(b) - o, x: reach - o }).collect();
-        terms.push(Term { block: reach, x: reach });
-        terms.extend(numbered().map(|(b, o)| Term { block: band(b), x: reach + o }));
         Self {
             n,
             stride,
             lead: reach,
             planes: vec![0.0; 6 * (offsets.len() + 1) * stride],
-            terms,
+            terms: product::terms(&offsets, reach, stride),
             window: Mutex::new(Window::new(n, reach)),
             offsets,
         }
@@ -272,7 +254,6 @@ impl pulp::WithSimd for Product<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Self { matrix, window, x, y } = self;
-        let (terms, rest) = matrix.terms.as_chunks::<TOGETHER>();
         let mut begin = 0;
         while begin < matrix.n {
             window.read(x, begin);
@@ -289,62 +270,10 @@ impl pulp::WithSimd for Product<'_> {
                     rows: m.next_multiple_of(WIDEST),
                 };
                 let mut sums = [[0.0; GROUP]; 3];
-                terms.iter().for_each(|terms| at.add(terms, &mut sums));
-                rest.iter().for_each(|term| at.add(&[*term], &mut sums));
+                at.add_all(&matrix.terms, &mut sums);
                 join(sums.as_flattened(), GROUP, &mut y[3 * i..3 * (i + m)]);
             }
             begin += window.chunk;
         }
-    }
-}
-
-/// The blocks and factors of a group of rows.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    planes: &'a [f64],
-    stride: usize,
-    row: usize,
-    x: &'a [f64],
-    x_stride: usize,
-    x_row: usize,
-    rows: usize,
-}
-
-impl<'a> Place<'a> {
-    /// Adds the products with some blocks of each row, one after the other.
-    #[inline(always)]
-    fn add<const N: usize>(&self, terms: &[Term; N], sums: &mut [[f64; GROUP]; 3]) {
-        let m = self.rows.min(GROUP);
-        let blocks: [[&[f64]; 6]; N] =
-            std::array::from_fn(|k| std::array::from_fn(|c| self.block(terms[k], c, m)));
-        let x: [[&[f64]; 3]; N] =
-            std::array::from_fn(|k| std::array::from_fn(|c| self.factor(terms[k], c, m)));
-        let [sx, sy, sz] = sums;
-        for t in 0..m {
-            let (mut s0, mut s1, mut s2) = (sx[t], sy[t], sz[t]);
-            for k in 0..N {
-                let (b, x) = (&blocks[k], &x[k]);
-                s0 += b[0][t] * x[0][t];
-                s1 += b[1][t] * x[0][t];
-                s2 += b[2][t] * x[0][t];
-                s0 += b[1][t] * x[1][t];
-                s1 += b[3][t] * x[1][t];
-                s2 += b[4][t] * x[1][t];
-                s0 += b[2][t] * x[2][t];
-                s1 += b[4][t] * x[2][t];
-                s2 += b[5][t] * x[2][t];
-            }
-            (sx[t], sy[t], sz[t]) = (s0, s1, s2);
-        }
-    }
-
-    #[inline(always)]
-    fn block(&self, term: Term, c: usize, m: usize) -> &'a [f64] {
-        &self.planes[term.block + c * self.stride + self.row..][..m]
-    }
-
-    #[inline(always)]
-    fn factor(&self, term: Term, axis: usize, m: usize) -> &'a [f64] {
-        &self.x[term.x + axis * self.x_stride + self.x_row..][..m]
     }
 }

@@ -13,6 +13,7 @@
 
 mod bands;
 mod pairs;
+mod product;
 mod rows;
 mod single;
 #[cfg(test)]

@@ -10,15 +10,12 @@
 //! sums are added in double precision. So the instruction set changes no bit.
 
 use super::bands::Bands;
+use super::product::{self, GROUP, Place, Term};
 use super::{BlockMatrix, Layout};
 use crate::{BlockJacobi, PcgReport, PcgSettings, SolveStatus, Vec3};
 
-/// Rows whose sums stay in the first-level cache.
-const GROUP: usize = 512;
 /// Accumulators of a sum.
 const LANES: usize = 16;
-/// Blocks of each row in one pass over a group.
-const TOGETHER: usize = 4;
 /// No solve is tighter than this; round-off of the residual is some hundredth of it.
 const LEAST_TERM: f64 = 1e-5;
 
@@ -43,13 +40,6 @@ pub struct SinglePcg {
     s: Vec<f32>,
 }
 
-/// The blocks of one diagonal as factors of rows: places of row 0 in the matrix and in a vector.
-#[derive(Clone, Copy, Debug)]
-struct Term {
-    block: usize,
-    x: usize,
-}
-
 impl SinglePcg {
     /// Memory for a matrix of bands; `None` for any other layout.
     pub fn new(a: &BlockMatrix) -> Option<Self> {
@@ -57,18 +47,12 @@ impl SinglePcg {
         let (n, lead, offsets) = (bands.n(), bands.lead(), bands.offsets().to_vec());
         let page = |len: usize| len.next_multiple_of(1024) + 80;
         let strides = [page(lead + n + LANES), page(2 * lead + n + LANES)];
-        let band = |b: usize| 6 * (b + 1) * strides[0] + lead;
-        let numbered = || offsets.iter().copied().enumerate();
-        let left = numbered().rev().map(|(b, o)| Term { block: band(b) - o, x: lead - o });
-        let right = numbered().map(|(b, o)| Term { block: band(b), x: lead + o });
-        let own = [Term { block: lead, x: lead }];
-        let terms = left.chain(own).chain(right).collect();
         let vector = || vec![0.0; 3 * strides[1]];
         Some(Self {
             n,
             lead,
             strides,
-            terms,
+            terms: product::terms(&offsets, lead, strides[0]),
             matrix: vec![0.0; 6 * (offsets.len() + 1) * strides[0]],
             inverse: vec![0.0; 6 * strides[0]],
             offsets,
@@ -84,9 +68,10 @@ impl SinglePcg {
     /// below 1e-5 times. `diagonal` holds the inverse diagonal blocks of `a`. The norm is Euclid's,
     /// whatever the settings say. Scales of `a` and `b` do not matter.
     ///
-    /// `None` where single precision does not do: after `settings.max_iterations`, where the matrix
-    /// is indefinite or numbers leave the range, and for a matrix of another layout. `x` is
-    /// undefined then.
+    /// A solve that single precision cannot do ends with [`SolveStatus::IterationLimit`], or with
+    /// [`SolveStatus::Indefinite`] where the matrix is not positive definite or numbers leave the
+    /// range. `x` is undefined then. The report counts one product an iteration, and the product
+    /// that shows an indefinite matrix. `None` for a matrix of another layout.
     ///
     /// # Panics
     /// When the lengths differ.
@@ -105,27 +90,24 @@ impl SinglePcg {
         }
         let stiffest = self.load(bands, diagonal);
         let largest = b.iter().fold(0.0, |largest: f64, b| largest.max(b.amax()));
-        let mut report = PcgReport {
-            iterations: 0,
-            multiplications: 0,
-            relative_residual: 0.0,
-            status: SolveStatus::Converged,
-        };
         if largest == 0.0 {
             x.fill(Vec3::zeros());
-            return Some(report);
+            let is_zero = b.iter().all(|b| *b == Vec3::zeros()); // else it is undefined
+            let status = if is_zero { SolveStatus::Converged } else { SolveStatus::Indefinite };
+            let (iterations, multiplications, relative_residual) = (0, 0, 0.0);
+            return Some(PcgReport { iterations, multiplications, relative_residual, status });
         }
         let Self { n, lead, strides: [_, stride], .. } = *self;
         for (axis, plane) in self.r.chunks_exact_mut(stride).enumerate() {
-            for (to, from) in plane[lead..][..n].iter_mut().zip(b) {
+            let (rows, beyond) = plane[lead..].split_at_mut(n);
+            for (to, from) in rows.iter_mut().zip(b) {
                 *to = (from[axis] / largest) as f32;
             }
+            beyond.fill(0.0);
         }
         let term = settings.forcing_term.max(LEAST_TERM);
         let solve = Loop { pcg: self, term, most: settings.max_iterations };
-        let (iterations, relative_residual) = pulp::Arch::new().dispatch(solve)?;
-        (report.iterations, report.multiplications) = (iterations, iterations);
-        report.relative_residual = relative_residual;
+        let report = pulp::Arch::new().dispatch(solve);
         let scale = largest / stiffest;
         for (axis, plane) in self.x.chunks_exact(stride).enumerate() {
             for (to, from) in x.iter_mut().zip(&plane[lead..][..n]) {
@@ -164,12 +146,17 @@ struct Loop<'a> {
 }
 
 impl pulp::WithSimd for Loop<'_> {
-    /// Iterations and the last relative residual; `None` where it does not converge.
-    type Output = Option<(usize, f64)>;
+    type Output = PcgReport;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> PcgReport {
         let Self { pcg, term, most } = self;
+        let mut report = PcgReport {
+            iterations: 0,
+            multiplications: 0,
+            relative_residual: 1.0,
+            status: SolveStatus::IterationLimit,
+        };
         pcg.x.fill(0.0);
         pcg.c.fill(0.0);
         pcg.q.fill(0.0);
@@ -177,20 +164,27 @@ impl pulp::WithSimd for Loop<'_> {
         let goal = term * term * squared;
         let reference = squared;
         let mut beta = 0.0;
-        for iteration in 0..most {
+        while report.iterations < most {
             pcg.turn(beta); // c ← s + β c
             let curvature = pcg.multiply(); // q = A c
-            if !(curvature > 0.0 && delta > 0.0) {
-                return None;
+            report.multiplications += 1;
+            let alpha = (delta / curvature) as f32;
+            let is_definite = curvature > 0.0 && delta > 0.0;
+            if !(is_definite && curvature.is_finite() && alpha.is_finite()) {
+                report.status = SolveStatus::Indefinite;
+                break;
             }
             let last = delta;
-            [squared, delta] = pcg.advance((delta / curvature) as f32);
+            [squared, delta] = pcg.advance(alpha);
+            report.iterations += 1;
+            report.relative_residual = (squared / reference).sqrt();
             if squared <= goal {
-                return Some((iteration + 1, (squared / reference).sqrt()));
+                report.status = SolveStatus::Converged;
+                break;
             }
             beta = (delta / last) as f32;
         }
-        None
+        report
     }
 }
 
@@ -248,16 +242,22 @@ impl SinglePcg {
     #[inline(always)]
     fn multiply(&mut self) -> f64 {
         let Self { n, lead, strides: [_, stride], .. } = *self;
-        let Self { matrix, terms, c, q, strides, .. } = self;
+        let Self { matrix, terms, c, q, strides: [matrix_stride, _], .. } = self;
         let rows = n.next_multiple_of(LANES);
-        let (terms, rest) = terms.as_chunks::<TOGETHER>();
         let mut total = 0.0;
         for i in (0..rows).step_by(GROUP) {
             let m = GROUP.min(rows - i);
-            let at = Place { matrix, x: c, strides: *strides, row: i, rows: m };
+            let at = Place {
+                planes: matrix,
+                stride: *matrix_stride,
+                row: i,
+                x: c,
+                x_stride: stride,
+                x_row: i,
+                rows: m,
+            };
             let mut sums = [[0.0; GROUP]; 3];
-            terms.iter().for_each(|terms| at.add(terms, &mut sums));
-            rest.iter().for_each(|term| at.add(&[*term], &mut sums));
+            at.add_all(terms, &mut sums);
             let mut dots = [0.0; LANES];
             for (axis, sums) in sums.iter().enumerate() {
                 let own = axis * stride + lead + i;
@@ -283,55 +283,6 @@ fn add_products(a: &[f32], b: &[f32], sums: &mut [f32; LANES]) {
 #[inline(always)]
 fn sum(sums: &[f32; LANES]) -> f64 {
     sums.iter().map(|sum| f64::from(*sum)).sum()
-}
-
-/// A group of rows.
-#[derive(Clone, Copy)]
-struct Place<'a> {
-    matrix: &'a [f32],
-    x: &'a [f32],
-    strides: [usize; 2],
-    row: usize,
-    rows: usize,
-}
-
-impl<'a> Place<'a> {
-    /// Adds the products with some blocks of each row, one after the other.
-    #[inline(always)]
-    fn add<const N: usize>(&self, terms: &[Term; N], sums: &mut [[f32; GROUP]; 3]) {
-        let m = self.rows.min(GROUP);
-        let blocks: [[&[f32]; 6]; N] =
-            std::array::from_fn(|k| std::array::from_fn(|c| self.block(terms[k], c, m)));
-        let x: [[&[f32]; 3]; N] =
-            std::array::from_fn(|k| std::array::from_fn(|c| self.factor(terms[k], c, m)));
-        let [sx, sy, sz] = sums;
-        for t in 0..m {
-            let (mut s0, mut s1, mut s2) = (sx[t], sy[t], sz[t]);
-            for k in 0..N {
-                let (b, x) = (&blocks[k], &x[k]);
-                s0 += b[0][t] * x[0][t];
-                s1 += b[1][t] * x[0][t];
-                s2 += b[2][t] * x[0][t];
-                s0 += b[1][t] * x[1][t];
-                s1 += b[3][t] * x[1][t];
-                s2 += b[4][t] * x[1][t];
-                s0 += b[2][t] * x[2][t];
-                s1 += b[4][t] * x[2][t];
-                s2 += b[5][t] * x[2][t];
-            }
-            (sx[t], sy[t], sz[t]) = (s0, s1, s2);
-        }
-    }
-
-    #[inline(always)]
-    fn block(&self, term: Term, c: usize, m: usize) -> &'a [f32] {
-        &self.matrix[term.block + c * self.strides[0] + self.row..][..m]
-    }
-
-    #[inline(always)]
-    fn factor(&self, term: Term, axis: usize, m: usize) -> &'a [f32] {
-        &self.x[term.x + axis * self.strides[1] + self.row..][..m]
-    }
 }
 
 #[cfg(test)]
@@ -364,12 +315,14 @@ mod tests {
         PcgSettings { forcing_term, norm: Norm::Euclid, max_iterations: 500 }
     }
 
-    fn solved(a: &BlockMatrix, b: &[Vec3], term: f64) -> Option<(Vec<Vec3>, PcgReport)> {
+    fn solved(a: &BlockMatrix, b: &[Vec3], term: f64) -> (Vec<Vec3>, PcgReport) {
         let mut diagonal = BlockJacobi::new(a);
         diagonal.update(a).unwrap();
         let mut x = vec![Vec3::repeat(f64::NAN); a.n()];
-        let solve = SinglePcg::new(a).unwrap().solve(a, &diagonal, b, &mut x, &settings(term));
-        solve.map(|report| (x, report))
+        let mut pcg = SinglePcg::new(a).unwrap();
+        let report = pcg.solve(a, &diagonal, b, &mut x, &settings(term)).unwrap();
+        assert_eq!(report.status, SolveStatus::Converged);
+        (x, report)
     }
 
     fn right_side(n: usize) -> Vec<Vec3> {
@@ -384,7 +337,7 @@ mod tests {
             let (a, b) = (sheet(sides, 100.0, 1.0), right_side(sides[0] * sides[1]));
             let mut last = 0;
             for term in [0.5, 1e-1, 1e-2, 1e-3, 1e-4] {
-                let (x, report) = solved(&a, &b, term).unwrap();
+                let (x, report) = solved(&a, &b, term);
                 let mut left = x.clone();
                 a.multiply(&x, &mut left);
                 left.iter_mut().zip(&b).for_each(|(left, b)| *left -= b);
@@ -401,34 +354,71 @@ mod tests {
     #[test]
     fn scales_do_not_matter() {
         let b = right_side(400);
-        let (x, report) = solved(&sheet([20, 20], 50.0, 1.0), &b, 1e-3).unwrap();
+        let (x, report) = solved(&sheet([20, 20], 50.0, 1.0), &b, 1e-3);
         for [matrix, side] in [[2.0_f64.powi(-90), 2.0_f64.powi(-60)], [2.0_f64.powi(90), 1.0]] {
             let scaled: Vec<Vec3> = b.iter().map(|b| b * side).collect();
-            let (other, same) = solved(&sheet([20, 20], 50.0, matrix), &scaled, 1e-3).unwrap();
+            let (other, same) = solved(&sheet([20, 20], 50.0, matrix), &scaled, 1e-3);
             assert_eq!(same, report);
             assert!(x.iter().zip(&other).all(|(x, y)| *x == y * (matrix / side)));
         }
     }
 
     #[test]
-    fn it_says_where_it_does_not_do() {
+    fn it_says_where_it_does_not_do_and_counts_what_it_tried() {
         let mut a = sheet([20, 20], 50.0, 1.0);
         let b = right_side(400);
         let mut diagonal = BlockJacobi::new(&a);
         diagonal.update(&a).unwrap();
         let (mut pcg, mut x) = (SinglePcg::new(&a).unwrap(), b.clone());
         let few = PcgSettings { max_iterations: 3, ..settings(1e-3) };
-        assert_eq!(pcg.solve(&a, &diagonal, &b, &mut x, &few), None);
+        let ended = |report: PcgReport| (report.iterations, report.multiplications, report.status);
+        let limited = pcg.solve(&a, &diagonal, &b, &mut x, &few).unwrap();
+        assert_eq!(ended(limited), (3, 3, SolveStatus::IterationLimit));
         let zeros = vec![Vec3::zeros(); 400];
         let none = pcg.solve(&a, &diagonal, &zeros, &mut x, &few).unwrap();
-        assert_eq!((none.iterations, &x), (0, &zeros));
+        assert_eq!((ended(none), &x), ((0, 0, SolveStatus::Converged), &zeros));
+        for undefined in [f64::NAN, f64::INFINITY] {
+            for some in [1, 100, 400] {
+                let mut b = zeros.clone();
+                b[..some].fill(Vec3::repeat(undefined));
+                let report = pcg.solve(&a, &diagonal, &b, &mut x, &settings(1e-4)).unwrap();
+                assert_eq!(report.status, SolveStatus::Indefinite, "{some} of {undefined}");
+            }
+        }
         // A spring that pushes makes the matrix indefinite.
         a.add_pair(100, 101, &(Mat3::identity() * -1e4));
-        assert_eq!(pcg.solve(&a, &diagonal, &b, &mut x, &settings(1e-4)), None);
-        let infinite = vec![Vec3::repeat(f64::INFINITY); 400];
-        assert_eq!(pcg.solve(&a, &diagonal, &infinite, &mut x, &settings(1e-4)), None);
+        let refused = pcg.solve(&a, &diagonal, &b, &mut x, &settings(1e-4)).unwrap();
+        assert_eq!(refused.status, SolveStatus::Indefinite);
+        assert_eq!(refused.multiplications, refused.iterations + 1);
         let rows = BlockMatrix::with_pattern(400, [(0, 1)]);
         assert!(SinglePcg::new(&rows).is_none());
         assert_eq!(pcg.solve(&rows, &diagonal, &b, &mut x, &few), None);
+    }
+
+    /// No solve leaves numbers behind, not even one that runs out of range: 713 rows end inside a
+    /// group of accumulators.
+    #[test]
+    fn a_failed_solve_leaves_nothing_behind() {
+        let (a, b) = (sheet([23, 31], 100.0, 1.0), right_side(713));
+        let expected = solved(&a, &b, 1e-3);
+        let mut diagonal = BlockJacobi::new(&a);
+        diagonal.update(&a).unwrap();
+        let mut pcg = SinglePcg::new(&a).unwrap();
+        // Residuals of 1e-36 over P of 1e-3: the first length of a step exceeds single precision.
+        let mut weak = BlockMatrix::new(713, &a.coupling(), []);
+        let mut stiff = weak.clone();
+        for i in 0..713 {
+            let number = if i == 5 { 1.0 } else { 1e-36 };
+            weak.add_diagonal(i, &Mat3::from_diagonal_element(number));
+            stiff.add_diagonal(i, &Mat3::from_diagonal_element(1e3));
+        }
+        let mut wrong = BlockJacobi::new(&stiff);
+        wrong.update(&stiff).unwrap();
+        let mut x = b.clone();
+        let report = pcg.solve(&weak, &wrong, &b, &mut x, &settings(1e-3)).unwrap();
+        assert_eq!((report.iterations, report.status), (0, SolveStatus::Indefinite));
+        pcg.r.fill(f32::NAN);
+        let report = pcg.solve(&a, &diagonal, &b, &mut x, &settings(1e-3)).unwrap();
+        assert_eq!((x, report), expected);
     }
 }

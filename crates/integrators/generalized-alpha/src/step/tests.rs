@@ -143,13 +143,17 @@ fn one_newton_iteration_keeps_order_two() {
     }
 }
 
+/// A factor keeps it to round-off. Conjugate gradients, the default, leave a residual, whose sum is
+/// momentum: they keep it to their tolerance.
 #[test]
 fn momentum_of_a_free_sheet_is_kept() {
     for member in ALL {
         let free = Sheet { tension: 1e6, shear: 1e5, ..Sheet::free() };
         let start = stir(free.build(), 0.0, 0.3);
-        let drift = checks::momentum_drift(with(member, &[("solver", "cholesky")]), start, 1e-3);
-        assert!(drift < 1e-13, "{member:?}: {drift:e}");
+        for (settings, most) in [(&[("solver", "cholesky")][..], 1e-13), (&[], 1e-9)] {
+            let drift = checks::momentum_drift(with(member, settings), start.clone(), 1e-3);
+            assert!(drift < most, "{member:?}, {settings:?}: {drift:e}");
+        }
     }
 }
 

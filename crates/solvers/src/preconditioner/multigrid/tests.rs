@@ -208,6 +208,79 @@ fn without_a_matrix_it_is_the_identity_and_an_indefinite_one_is_refused() {
     assert_ne!(z, b);
 }
 
+/// The coarse matrices stay, and the finest one is smoothed by its own diagonal blocks.
+#[test]
+fn kept_coarse_matrices_serve_a_matrix_that_is_alike() {
+    let ((a, springs), mut random) = (sheet(24, 1e4), Random::new(8));
+    let alike = {
+        let mut alike = a.clone();
+        (0..a.n()).for_each(|i| alike.add_diagonal(i, &Mat3::from_diagonal_element(0.5)));
+        alike
+    };
+    let b = random.vectors(a.n());
+    let cycle = |multigrid: &Multigrid, a: &BlockMatrix| {
+        let mut z = b.clone();
+        multigrid.on(a).apply(&b, &mut z);
+        z
+    };
+    let coarse = |multigrid: &Multigrid| -> Vec<DMatrix<f64>> {
+        let levels = multigrid.levels.iter();
+        levels.map(|level| dense_blocks(&BlockMatrix::from(level.coarse.clone()))).collect()
+    };
+    let [mut kept, mut renewed] = [(); 2].map(|()| Multigrid::new(&a, &springs).unwrap());
+    // Without an update before, there is nothing to keep.
+    kept.keep(&a).unwrap();
+    renewed.update(&a).unwrap();
+    assert_eq!(cycle(&kept, &a), cycle(&renewed, &a));
+    // The same matrix once more changes nothing.
+    kept.keep(&a).unwrap();
+    assert_eq!(cycle(&kept, &a), cycle(&renewed, &a));
+    let before = coarse(&kept);
+    kept.keep(&alike).unwrap();
+    renewed.update(&alike).unwrap();
+    assert_eq!(coarse(&kept), before);
+    assert_ne!(coarse(&renewed), before);
+    let (expected, own) = (&renewed.levels[0].inverse_diagonal, &kept.levels[0].inverse_diagonal);
+    assert_eq!(own, expected, "the finest level is smoothed by its own blocks");
+    assert_ne!(cycle(&kept, &alike), cycle(&renewed, &alike));
+    let c = random.vectors(a.n());
+    let (pb, mut pc) = (cycle(&kept, &alike), c.clone());
+    kept.on(&alike).apply(&c, &mut pc);
+    assert!((dot(&pb, &c) - dot(&b, &pc)).abs() < 1e-10 * dot(&b, &b), "it stays symmetric");
+    let counts = [&kept, &renewed].map(|m| iterations(&alike, &m.on(&alike), &b));
+    assert!(counts[0] <= counts[1] + 4, "{counts:?}");
+}
+
+#[test]
+fn a_matrix_that_cannot_be_kept_for_is_refused() {
+    // On 7 × 7 particles there is one level, which is factorised anew.
+    for side in [7, 12] {
+        let (a, springs) = sheet(side, 1e3);
+        let mut multigrid = Multigrid::new(&a, &springs).unwrap();
+        assert_eq!(multigrid.levels.is_empty(), side == 7);
+        multigrid.update(&a).unwrap();
+        let b = Random::new(5).vectors(a.n());
+        let mut bad = a.clone();
+        bad.add_diagonal(30, &Mat3::from_diagonal_element(-1e6));
+        let error = multigrid.keep(&bad).unwrap_err();
+        assert!(matches!(error, SolverError::NotPositiveDefinite { .. }), "{error:?}");
+        let mut z = vec![Vec3::zeros(); a.n()];
+        multigrid.on(&a).apply(&b, &mut z);
+        assert_eq!(z, b, "the identity");
+        let other = sheet(side + 1, 1.0).0;
+        multigrid.update(&a).unwrap();
+        assert!(matches!(multigrid.keep(&other), Err(SolverError::PatternChanged { .. })));
+        // After a failure everything is made anew.
+        let mut fresh = Multigrid::new(&a, &springs).unwrap();
+        fresh.update(&a).unwrap();
+        multigrid.keep(&a).unwrap();
+        let mut expected = z.clone();
+        fresh.on(&a).apply(&b, &mut expected);
+        multigrid.on(&a).apply(&b, &mut z);
+        assert_eq!(z, expected);
+    }
+}
+
 #[test]
 fn particles_without_springs_and_empty_systems_are_no_trouble() {
     let mut a = BlockMatrix::with_pattern(200, []);
