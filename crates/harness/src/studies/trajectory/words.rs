@@ -1,6 +1,7 @@
 //! The words of the study `trajectory`: its question, and what its numbers say.
 
-use super::facts::{Facts, LEAD, Row, Run, Scene, Winner};
+use super::facts::{Beside, Facts, LEAD, Row, Run, Scene, Winner};
+use crate::film::HALF;
 use crate::studies::names::{methods, range};
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
@@ -66,13 +67,18 @@ fn error() -> String {
 fn count(facts: &Facts) -> Option<String> {
     let kinds = kinds(facts);
     let of = |kind| kinds.iter().filter(|(_, other)| *other == kind).count();
+    let at = |winner: &&Winner| winner.level == LEVEL;
+    let ranked = facts.winners.iter().filter(at).count();
+    let missed = match ranked - kinds.len() {
+        0 => String::new(),
+        count => format!("; on {count} no method gets there within its budget"),
+    };
     (!kinds.is_empty()).then(|| {
         format!(
-            "For an error of {}, explicit methods alone lead on {} of {} sheets, implicit ones \
-             alone on {}, and both kinds tie on {}.",
+            "For an error of {}, explicit methods alone lead on {} of {ranked} sheets, implicit \
+             ones alone on {}, and both kinds tie on {}{missed}.",
             error(),
             of(Kind::Explicit),
-            kinds.len(),
             of(Kind::Implicit),
             of(Kind::Tie)
         )
@@ -177,12 +183,14 @@ pub(super) fn cheapest<'a>(
         .min_by(|(_, a), (_, b)| a.modelled_s.total_cmp(&b.modelled_s))
 }
 
-/// On how many sheets energy has another winner than the trajectory.
+/// On how many sheets energy has another winner than the trajectory. A sheet that stands still keeps
+/// all of its energy: only runs that keep half of the motion are asked.
 fn by_energy(facts: &Facts) -> Option<String> {
     let mut all = 0;
     let mut others = 0;
     for scene in facts.scenes.iter().filter(|s| s.ranks(LEVEL) && s.energy_floor <= 0.5 * LEVEL) {
-        let good = |run: &Run| run.beside.is_some_and(|beside| beside.energy.abs() <= LEVEL);
+        let is_right = |beside: Beside| beside.energy.abs() <= LEVEL && beside.retained >= HALF;
+        let good = |run: &Run| run.beside.is_some_and(is_right);
         let Some(winner) = winner(facts, scene, LEVEL).filter(|w| w.label.is_some()) else {
             continue;
         };
@@ -195,8 +203,9 @@ fn by_energy(facts: &Facts) -> Option<String> {
     let error = error();
     (all > 0).then(|| {
         format!(
-            "On {others} of {all} sheets the cheapest run with {error} of the energy neither leads \
-             nor ties for {error} of the trajectory."
+            "On {others} of {all} sheets the cheapest run that moves and whose energy at the end \
+             is right to {error} of what the sheet sets free neither leads nor ties for {error} of \
+             the trajectory."
         )
     })
 }
@@ -208,7 +217,7 @@ fn beside(facts: &Facts) -> Option<String> {
         own.filter(|run| run.error.is_some_and(|error| error <= LEVEL))
     });
     let good: Vec<_> = good.filter_map(|run| run.beside).collect();
-    let most = |of: fn(&super::facts::Beside) -> f64| good.iter().map(of).reduce(f64::max);
+    let most = |of: fn(&Beside) -> f64| good.iter().map(of).reduce(f64::max);
     Some(format!(
         "Runs within {} of the trajectory are off by up to {} mm in shape, {} % in strain and {} % \
          in energy.",
