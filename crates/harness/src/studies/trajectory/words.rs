@@ -18,9 +18,9 @@ const ROUGH: f64 = 1e-1;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    let parts = [count(facts), implicit(facts), unranked(facts)];
+    let parts = [count(facts), implicit(facts), leaders(facts)];
     let observations =
-        [leaders(facts), noise(facts), by_energy(facts), beside(facts), retained(facts)];
+        [unranked(facts), noise(facts), by_energy(facts), beside(facts), retained(facts)];
     Words {
         conclusion: parts.into_iter().flatten().collect::<Vec<_>>().join(" "),
         observations: observations.into_iter().flatten().collect(),
@@ -118,8 +118,13 @@ pub(super) fn id(label: &str) -> &str {
 
 /// Methods that lead or tie for an error, each with the number of scenes: the most first.
 pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
+    frequent_among(facts.winners.iter().filter(|winner| winner.level == level))
+}
+
+/// The same of some winners.
+fn frequent_among<'a>(winners: impl Iterator<Item = &'a Winner>) -> Vec<(&'a str, usize)> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
-    for winner in facts.winners.iter().filter(|winner| winner.level == level) {
+    for winner in winners {
         let tied = winner.tied.iter().map(|tied| tied.label.as_str());
         let mut names: Vec<&str> =
             winner.label.as_deref().into_iter().chain(tied).map(id).collect();
@@ -136,17 +141,24 @@ pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
     counts
 }
 
+/// Which methods to try: those that lead or tie most often where a kind leads, and where both tie.
 fn leaders(facts: &Facts) -> Option<String> {
-    let counts = frequent(facts, LEVEL);
-    let most = counts.first()?.1;
-    let names: Vec<_> =
-        counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
-    let all = kinds(facts).len();
-    Some(format!(
-        "Most often, on {most} of {all} sheets, {} leads or ties for {}.",
-        methods(&names),
-        error()
-    ))
+    let most = |meant: Kind| {
+        let own = facts.winners.iter().filter(|w| w.level == LEVEL && kind(w) == Some(meant));
+        let counts = frequent_among(own);
+        let most = counts.first()?.1;
+        let names: Vec<_> =
+            counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
+        Some(methods(&names))
+    };
+    let places = [
+        ("where explicit methods lead alone", Kind::Explicit),
+        ("where implicit ones do", Kind::Implicit),
+        ("where both kinds tie", Kind::Tie),
+    ];
+    let parts: Vec<String> =
+        places.into_iter().filter_map(|(at, of)| Some(format!("{at}, {}", most(of)?))).collect();
+    (!parts.is_empty()).then(|| format!("First or tied most often: {}.", parts.join("; ")))
 }
 
 /// The noise of the calmest and of the wildest sheet.
