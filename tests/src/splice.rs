@@ -6,7 +6,8 @@
 use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
-use drape_harness::studies::uses::{LEVEL, all_uses, method, rows, wins};
+use drape_harness::studies::uses::{self, LEVEL, all_uses, method, winning, wins};
+use drape_harness::studies::work_precision::facts::{Facts, TimingRow, Winner};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -72,13 +73,11 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     let with = |all: &[Standing], standing: Standing| {
         all.iter().filter(|other| **other == standing).count().to_string()
     };
-    let scenes = rows(results, "work-precision", "/facts/scenes")?;
-    let winners = rows(results, "work-precision", "/facts/winners")?;
-    let wins = |damping, level| wins(&scenes, &winners, damping, level);
+    let work: Facts = uses::facts(results, "work-precision")?;
+    let wins = |damping, level| wins(&work, damping, level);
     let leads = |damping| leads(&wins(damping, LEVEL));
-    let decided: Vec<_> = winners.iter().filter(|w| w["level"] == LEVEL).collect();
-    let is_tie = |w: &&&Value| w["tied"].as_array().is_some_and(|tied| !tied.is_empty());
-    let ties = decided.iter().filter(is_tie).count();
+    let decided: Vec<_> = work.winners.iter().filter(|w| w.level == LEVEL).collect();
+    let ties = decided.iter().filter(|winner| !winner.tied.is_empty()).count();
     let runs = rows(results, "locking", "/facts/runs")?;
     let kept = |label: &str| {
         let at = |run: &&Value| {
@@ -90,7 +89,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         let share = run["retained"].as_f64().ok_or("locking: no share of the motion")?;
         Ok::<_, String>(format!("{:.0} %", 100.0 * share))
     };
-    let timings = rows(results, "timings/work-precision", "/rows")?;
+    let timings: Vec<TimingRow> = uses::timings(results, "work-precision")?;
     let engines = results.join("engines");
     let of_engine = |study: &str, list: &str| rows(&engines, study, &format!("/facts/{list}"));
     Ok(BTreeMap::from([
@@ -127,11 +126,20 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     ]))
 }
 
+/// A list of a record, `record` being its path below the results without extension.
+fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, String> {
+    let path = results.join(record).with_extension("json");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+    let rows = record.pointer(pointer).and_then(Value::as_array);
+    rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
+}
+
 /// Who leads at which stiffness, as a part of a sentence.
-fn leads(wins: &[(f64, Value)]) -> String {
+fn leads(wins: &[(f64, &Winner)]) -> String {
     let mut parts: Vec<(&str, Vec<String>)> = Vec::new();
     for (stiffness, winner) in wins {
-        let (name, at) = (method(&winner["label"]), power(*stiffness));
+        let (name, at) = (winning(winner), power(*stiffness));
         match parts.last_mut() {
             Some((last, places)) if *last == name => places.push(at),
             _ => parts.push((name, vec![at])),
@@ -143,14 +151,14 @@ fn leads(wins: &[(f64, Value)]) -> String {
 }
 
 /// Winners on the hanging sheet, with those that tie.
-fn winner_table(wins: impl Fn(&'static str, f64) -> Vec<(f64, Value)>) -> String {
+fn winner_table<'a>(wins: impl Fn(&'static str, f64) -> Vec<(f64, &'a Winner)>) -> String {
     let mut text = "\n\n| damping | k/m (s⁻²) | error ≤ 10 % | error ≤ 1 % | error ≤ 0.1 % |\n\
                     |---|---|---|---|---|\n"
         .to_owned();
-    let cell = |winner: &Value| {
-        let ties = winner["tied"].as_array().map_or(&[][..], Vec::as_slice);
+    let cell = |winner: &Winner| {
+        let ties = &winner.tied;
         let names: Vec<_> =
-            ties.iter().take(3).map(|tied| format!("`{}`", method(&tied["label"]))).collect();
+            ties.iter().take(3).map(|tied| format!("`{}`", method(&tied.label))).collect();
         let more = ties.len().saturating_sub(3);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let ties = if names.is_empty() {
@@ -158,7 +166,7 @@ fn winner_table(wins: impl Fn(&'static str, f64) -> Vec<(f64, Value)>) -> String
         } else {
             format!("; tie: {}{more}", names.join(", "))
         };
-        format!("**`{}`**{ties}", method(&winner["label"]))
+        format!("**`{}`**{ties}", winning(winner))
     };
     for damping in ["light", "heavy"] {
         let columns = [0.1, LEVEL, 1e-3].map(|level| wins(damping, level));
@@ -180,21 +188,14 @@ fn power(value: f64) -> String {
 }
 
 /// Least time of each method to an error of 1 % at k/m = 10⁶ s⁻², the fastest first.
-fn times(timings: &[Value]) -> String {
+fn times(timings: &[TimingRow]) -> String {
     let mut text = "\n\n| damping | method | time (ms) |\n|---|---|---|\n".to_owned();
     for damping in ["light", "heavy"] {
         let scene = format!("hanging {damping} 1e6 n=400");
         let mut best: BTreeMap<&str, f64> = BTreeMap::new();
-        for row in timings.iter().filter(|row| row["scene"] == scene.as_str()) {
-            let (Some(label), Some(seconds), Some(error)) =
-                (row["label"].as_str(), row["seconds"].as_f64(), row["error"].as_f64())
-            else {
-                continue;
-            };
-            if error <= 0.01 {
-                let least = best.entry(label).or_insert(f64::INFINITY);
-                *least = least.min(seconds);
-            }
+        for row in timings.iter().filter(|row| row.scene == scene && row.error <= LEVEL) {
+            let least = best.entry(&row.label).or_insert(f64::INFINITY);
+            *least = least.min(row.seconds);
         }
         let mut best: Vec<_> = best.into_iter().collect();
         best.sort_by(|a, b| a.1.total_cmp(&b.1));

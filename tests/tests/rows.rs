@@ -2,7 +2,7 @@
 
 use drape_report::Record;
 use drape_report::file::read_json;
-use drape_tests::assert_covers;
+use drape_tests::{assert_covers, name};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,49 +10,99 @@ use std::path::Path;
 /// A method that a study leaves out, and why.
 type Exception = (&'static str, &'static str);
 
-/// The studies that compare all methods.
-const STUDIES: [(&str, &[Exception]); 10] = [
-    ("order", &[]),
-    ("momentum", &[("rkc", "nothing is damped there, and it refuses springs without damping")]),
-    ("stability", &[]),
-    ("locking", &[]),
-    ("energy", &[]),
-    ("hard-cases", &[]),
-    ("course", &[]),
-    ("work-precision", &[]),
-    ("effects", &[]),
-    ("scaling", &[]),
+/// A study that compares all methods, and the list of its facts that has a row for each.
+type Study = (&'static str, &'static str, &'static [Exception]);
+
+const STUDIES: [Study; 13] = [
+    ("order", "rows", &[]),
+    ("momentum", "rows", &[("rkc", "nothing is damped there, and it refuses such springs")]),
+    ("stability", "cells", &[]),
+    ("stability", "limits", &[]),
+    ("locking", "runs", &[]),
+    ("energy", "rows", &[]),
+    ("hard-cases", "cells", &[]),
+    ("work-precision", "rows", &[]),
+    ("trajectory", "rows", &[]),
+    ("animation", "runs", &[("energy-momentum", HINGES)]),
+    ("rest", "runs", &[]),
+    ("effects", "cells", &[]),
+    ("scaling", "cells", &[]),
+];
+
+/// A part of a scene's key, and the methods that refuse such scenes.
+type Refusal = (&'static str, &'static [&'static str]);
+
+const HINGES: &str = "it refuses hinges and projected damping, which every fabric has";
+
+/// Studies each of whose scenes has a row of every method, and what refuses the scenes whose keys
+/// hold a part.
+const SCENES: [(&str, &str, &[Refusal]); 3] = [
+    (
+        "animation",
+        "runs",
+        &[
+            ("", &["energy-momentum"]),
+            ("flag", &["srkn4"]),
+            ("led", &["exponential", "imex-rk", "rosenbrock", "srkn4"]),
+            ("on a ball", &["exponential", "imex-cnlf", "imex-rk", "rosenbrock", "srkn4"]),
+        ],
+    ),
+    ("rest", "runs", &[("round table", &["energy-momentum", "srkn4"])]),
+    // A row without runs is no row there: what refuses a sheet is absent.
+    ("trajectory", "rows", &[("d/m = 0", &["rkc"])]),
 ];
 
 /// The adaptive method of a library, beside which `work-precision` compares the methods.
 const LIBRARY: &str = "dop853";
 
-/// Ids, with settings, of all methods that stand in some facts.
-fn methods<'a>(facts: &'a Value, found: &mut BTreeSet<&'a str>) {
-    match facts {
-        Value::Object(values) => {
-            for (key, value) in values {
-                match value {
-                    Value::String(method) if key == "method" => _ = found.insert(method),
-                    _ => methods(value, found),
-                }
-            }
-        }
-        Value::Array(values) => values.iter().for_each(|value| methods(value, found)),
-        _ => {}
-    }
+/// The rows of a list of a committed record.
+fn rows(study: &str, list: &str) -> Vec<Value> {
+    let path = format!("{}/../results/{study}.json", env!("CARGO_MANIFEST_DIR"));
+    let record: Record<Value> = read_json(Path::new(&path)).expect("a committed record");
+    let rows = record.facts[list].as_array().cloned();
+    rows.unwrap_or_else(|| panic!("{study}: no list {list}"))
+}
+
+/// The id of a row's method, and whether the method ran: a refusal is no run.
+fn run(row: &Value) -> (&str, bool) {
+    let method = row["method"].as_str().expect("a method");
+    // Where a record has labels for ids, the form follows in brackets.
+    let id = method.split(' ').next().unwrap_or(method);
+    (name(id), !["refused", "not applicable"].iter().any(|verdict| row["verdict"] == *verdict))
 }
 
 #[test]
 fn every_method_has_a_row_in_every_study_that_compares_all() {
-    for (study, exceptions) in STUDIES {
-        let path = format!("{}/../results/{study}.json", env!("CARGO_MANIFEST_DIR"));
-        let record: Record<Value> = read_json(Path::new(&path)).expect("a committed record");
-        let mut found = BTreeSet::new();
-        methods(&record.facts, &mut found);
-        // Where a record has labels for ids, the form follows in brackets.
-        let ids = found.into_iter().filter_map(|method| method.split(' ').next());
-        let ours = ids.filter(|method| *method != LIBRARY);
-        assert_covers(study, ours, exceptions);
+    for (study, list, exceptions) in STUDIES {
+        let rows = rows(study, list);
+        let ran = rows.iter().map(run).filter(|(id, has_run)| *has_run && *id != LIBRARY);
+        assert_covers(study, ran.map(|(id, _)| id), exceptions);
+    }
+}
+
+/// The course runs a choice of methods, and tells of all what they support.
+#[test]
+fn the_course_tells_of_every_method_what_it_supports() {
+    assert_covers("course", rows("course", "support").iter().map(|row| run(row).0), &[]);
+}
+
+#[test]
+fn every_scene_has_every_method_but_those_that_refuse_it() {
+    for (study, list, refusals) in SCENES {
+        let rows = rows(study, list);
+        let scene = |row: &Value| row["scene"].as_str().expect("a scene").to_owned();
+        for place in rows.iter().map(scene).collect::<BTreeSet<_>>() {
+            let own = rows.iter().filter(|row| scene(row) == place).map(run);
+            let ran = own.filter(|(id, has_run)| *has_run && *id != LIBRARY).map(|(id, _)| id);
+            let is_meant = |part: &str| match part.split_once(" = ") {
+                // A number that begins another is not that number.
+                Some(_) => place.ends_with(part),
+                None => place.contains(part),
+            };
+            let meant = refusals.iter().filter(|(part, _)| is_meant(part));
+            let refusing = meant.flat_map(|(_, ids)| ids.iter());
+            let exceptions: Vec<Exception> = refusing.map(|id| (*id, "it refuses")).collect();
+            assert_covers(&format!("{study}, {place}"), ran, &exceptions);
+        }
     }
 }

@@ -1,8 +1,12 @@
 //! Which method to take for what: the five uses of the first page, each answered from records.
 
+use super::{animation, rest, scaling, work_precision};
+use drape_report::file::read_json;
 use drape_report::page::{Table, texts};
-use serde_json::Value;
+use drape_report::{Record, Timings};
+use serde::de::DeserializeOwned;
 use std::path::Path;
+use work_precision::facts::Winner;
 
 /// A use, what to take for it, and why.
 pub type Use = (&'static str, (String, String));
@@ -33,16 +37,22 @@ pub(super) fn table(results: &Path) -> Option<Table> {
     })
 }
 
-/// A list of a record, `record` being its path below the results without extension.
+/// The facts of a study.
 ///
 /// # Errors
-/// When the record cannot be read or has no such list.
-pub fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, String> {
-    let path = results.join(record).with_extension("json");
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
-    let rows = record.pointer(pointer).and_then(Value::as_array);
-    rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
+/// When the record cannot be read.
+pub fn facts<F: DeserializeOwned>(results: &Path, study: &str) -> Result<F, String> {
+    let path = results.join(study).with_extension("json");
+    read_json(&path).map(|record: Record<F>| record.facts).map_err(|error| error.to_string())
+}
+
+/// The timings of a study.
+///
+/// # Errors
+/// When they cannot be read.
+pub fn timings<R: DeserializeOwned>(results: &Path, study: &str) -> Result<Vec<R>, String> {
+    let path = results.join("timings").join(study).with_extension("json");
+    read_json(&path).map(|timings: Timings<R>| timings.rows).map_err(|error| error.to_string())
 }
 
 /// The error for which the pages name winners.
@@ -50,99 +60,106 @@ pub const LEVEL: f64 = 0.01;
 
 /// Stiffness of each hanging sheet of the series over stiffness, in rising order, and the winner for
 /// an error there.
-pub fn wins(scenes: &[Value], winners: &[Value], damping: &str, level: f64) -> Vec<(f64, Value)> {
-    let is_meant = |scene: &&Value| {
-        scene["scene"] == "hanging"
-            && scene["damping"] == damping
-            && scene["series"].as_array().is_some_and(|s| s.contains(&"stiffness".into()))
-    };
-    let mut wins: Vec<(f64, Value)> = Vec::new();
-    for scene in scenes.iter().filter(is_meant) {
-        let winner = winners.iter().find(|w| w["scene"] == scene["id"] && w["level"] == level);
-        let stiffness = scene["stiffness_over_mass_per_s2"].as_f64().unwrap_or(f64::NAN);
-        wins.extend(winner.map(|w| (stiffness, w.clone())));
+pub fn wins<'a>(
+    facts: &'a work_precision::facts::Facts,
+    damping: &str,
+    level: f64,
+) -> Vec<(f64, &'a Winner)> {
+    let stiffness = work_precision::facts::STIFFNESS;
+    let mut wins: Vec<(f64, &Winner)> = Vec::new();
+    for scene in facts.scenes.iter().filter(|scene| {
+        scene.scene == "hanging"
+            && scene.damping == damping
+            && scene.series.iter().any(|series| series == stiffness)
+    }) {
+        let is_its = |w: &&Winner| w.scene == scene.id && w.level == level;
+        let winner = facts.winners.iter().find(is_its);
+        wins.extend(winner.map(|winner| (scene.stiffness_over_mass_per_s2, winner)));
     }
     wins.sort_by(|a, b| a.0.total_cmp(&b.0));
     wins
 }
 
 /// The method behind a label: what stands before the first comma.
-pub fn method(label: &Value) -> &str {
-    label.as_str().unwrap_or("none").split(',').next().unwrap_or_default()
+pub fn method(label: &str) -> &str {
+    label.split(',').next().unwrap_or_default()
 }
 
-/// A number of a row.
-fn number(row: &Value, key: &str) -> f64 {
-    row[key].as_f64().unwrap_or(f64::NAN)
+/// The method of a winner; `none` where no run gets there.
+pub fn winning(winner: &Winner) -> &str {
+    winner.label.as_deref().map_or("none", method)
+}
+
+/// Other methods that are as good, after what is taken.
+fn ties(what: &str, labels: &[String]) -> String {
+    if labels.is_empty() { String::new() } else { format!("; {what}: {}", labels.join(", ")) }
 }
 
 /// The fastest methods of the scene of `animation` whose name has this part.
 fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
-    let scenes = rows(results, "animation", "/facts/scenes")?;
-    let has_part = |scene: &&Value| scene["id"].as_str().is_some_and(|id| id.contains(part));
-    let scene = scenes.iter().find(has_part).ok_or(format!("animation: no scene {part}"))?;
-    let (error, floor) = match scene["measure"].as_str() {
-        Some("shape") => ("shape_error_m", "shape_floor_m"),
-        _ => ("trajectory_error_m", "trajectory_floor_m"),
+    use animation::facts::{Facts, Run, TIE, TimingRow};
+    let facts: Facts = facts(results, "animation")?;
+    let has_part = |scene: &&animation::facts::Scene| scene.id.contains(part);
+    let scene = facts.scenes.iter().find(has_part).ok_or(format!("animation: no scene {part}"))?;
+    let timings: Vec<TimingRow> = timings(results, "animation")?;
+    let time = |run: &Run| {
+        let is_its = |row: &&TimingRow| {
+            (&row.scene, &row.label, row.substeps) == (&run.scene, &run.label, run.substeps)
+        };
+        timings.iter().find(is_its).map(|row| row.frame_s)
     };
-    let good = f64::max(0.01, 2.0 * number(scene, floor));
-    let timings = rows(results, "timings/animation", "/rows")?;
-    let mut least: Vec<(Value, f64)> = Vec::new();
-    for run in rows(results, "animation", "/facts/runs")? {
-        let is_its =
-            |row: &&Value| ["scene", "label", "substeps"].iter().all(|key| row[*key] == run[*key]);
-        let time = timings.iter().find(is_its).map(|row| number(row, "frame_s"));
-        let is_good = run["scene"] == scene["id"]
-            && run["verdict"] == "stable"
-            && run[error].as_f64().is_some_and(|error| error <= good);
-        let Some(time) = time.filter(|_| is_good) else { continue };
-        match least.iter_mut().find(|(other, _)| method(&other["label"]) == method(&run["label"])) {
+    let mut least: Vec<(&Run, f64)> = Vec::new();
+    let good = facts.runs.iter().filter(|run| run.scene == scene.id && run.is_good(scene));
+    for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
+        match least.iter_mut().find(|(other, _)| method(&other.label) == method(&run.label)) {
             Some(known) if known.1 <= time => {}
             Some(known) => *known = (run, time),
             None => least.push((run, time)),
         }
     }
     least.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let Some((first, time)) = least.first() else {
-        return Ok(("none".to_owned(), format!("`animation`: no run is within {} mm", 1e3 * good)));
+        return Ok(("none".to_owned(), format!("`animation`, {}: no run is good", scene.id)));
     };
-    let ties: Vec<_> = least[1..]
-        .iter()
-        .take_while(|(_, other)| *other <= 1.5 * time)
-        .map(|(run, _)| format!("`{}`", method(&run["label"])))
-        .collect();
-    let ties = if ties.is_empty() { String::new() } else { format!("; tie: {}", ties.join(", ")) };
-    let label = first["label"].as_str().unwrap_or_default();
-    let name = method(&first["label"]);
-    let form = if label == name { String::new() } else { format!(" ({label})") };
-    let take = format!("`{name}`{form}, calls a frame: {}{ties}", first["substeps"]);
-    let why = format!(
-        "`animation`, {}: {:.1} ms a frame, off by {:.1} mm (good: {:.0} mm)",
-        scene["id"].as_str().unwrap_or_default(),
-        1e3 * time,
-        1e3 * number(first, error),
-        1e3 * good
-    );
-    Ok((take, why))
+    let near = least[1..].iter().take_while(|(_, other)| *other <= TIE * time);
+    let near: Vec<_> = near.map(|(run, _)| format!("`{}`", method(&run.label))).collect();
+    let name = method(&first.label);
+    let form = if first.label == name { String::new() } else { format!(" ({})", first.label) };
+    let take = format!("`{name}`{form}, calls a frame: {}{}", first.substeps, ties("tie", &near));
+    let off = match scene.error(first) {
+        Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
+        None => "its kinetic energy and its strain are kept".to_owned(),
+    };
+    Ok((take, format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time)))
 }
 
 /// The form that is nearest to the cheapest on every round table.
 fn at_rest(results: &Path) -> Result<(String, String), String> {
-    let timings = rows(results, "timings/rest", "/rows")?;
-    let scenes = rows(results, "rest", "/facts/scenes")?;
-    let ids = scenes.iter().filter_map(|scene| scene["id"].as_str());
+    use rest::facts::{Facts, Run, TIE, TimingRow};
+    let facts: Facts = facts(results, "rest")?;
+    let timings: Vec<TimingRow> = timings(results, "rest")?;
+    let ids = facts.scenes.iter().map(|scene| scene.id.as_str());
     let round: Vec<&str> =
         ids.filter(|id| id.starts_with("round") && !id.contains(" 8 ")).collect();
+    let time = |run: &Run| {
+        let is_its = |row: &&TimingRow| {
+            (&row.scene, &row.label, row.steps) == (&run.scene, &run.label, run.steps)
+        };
+        timings.iter().find(is_its).map(|row| row.seconds)
+    };
+    let right = facts.runs.iter().filter(|run| run.is_right());
+    let right: Vec<(&Run, f64)> = right.filter_map(|run| Some((run, time(run)?))).collect();
     let least = |scene: &str, label: Option<&str>| {
-        let own = timings.iter().filter(|row| row["scene"] == scene);
-        let own = own.filter(|row| label.is_none_or(|label| row["label"] == label));
-        own.map(|row| number(row, "seconds")).fold(f64::INFINITY, f64::min)
+        let own = right.iter().filter(|(run, _)| run.scene == scene);
+        let own = own.filter(|(run, _)| label.is_none_or(|label| run.label == label));
+        own.map(|(_, seconds)| *seconds).fold(f64::INFINITY, f64::min)
     };
     let ratio = |label: &str| {
         let ratios = round.iter().map(|scene| least(scene, Some(label)) / least(scene, None));
         ratios.fold(0.0, f64::max)
     };
-    let mut labels: Vec<&str> = timings.iter().filter_map(|row| row["label"].as_str()).collect();
+    let mut labels: Vec<&str> = right.iter().map(|(run, _)| run.label.as_str()).collect();
     labels.sort_unstable();
     labels.dedup();
     labels.retain(|label| ratio(label).is_finite());
@@ -150,13 +167,8 @@ fn at_rest(results: &Path) -> Result<(String, String), String> {
     let Some(first) = labels.first() else {
         return Ok(("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()));
     };
-    let ties: Vec<_> = labels[1..]
-        .iter()
-        .take_while(|label| ratio(label) <= 1.5 * ratio(first))
-        .take(4)
-        .map(|label| format!("`{label}`"))
-        .collect();
-    let ties = if ties.is_empty() { String::new() } else { format!("; near: {}", ties.join(", ")) };
+    let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
+    let near: Vec<_> = near.take(4).map(|label| format!("`{label}`")).collect();
     let seconds: Vec<_> =
         round.iter().map(|scene| format!("{:.2} s", least(scene, Some(first)))).collect();
     let why = format!(
@@ -166,30 +178,33 @@ fn at_rest(results: &Path) -> Result<(String, String), String> {
         seconds.join(", "),
         ratio(first)
     );
-    Ok((format!("`{first}`{ties}"), why))
+    Ok((format!("`{first}`{}", ties("near", &near)), why))
 }
 
 /// Who is first on a soft sheet.
 fn taught(results: &Path) -> Result<(String, String), String> {
-    let scenes = rows(results, "work-precision", "/facts/scenes")?;
-    let winners = rows(results, "work-precision", "/facts/winners")?;
-    let wins = wins(&scenes, &winners, "light", LEVEL);
+    let facts = facts(results, "work-precision")?;
+    let wins = wins(&facts, "light", LEVEL);
     let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4).ok_or("no soft sheet")?;
     let why = "`work-precision`, hanging sheet, k/m = 10⁴ s⁻²: the least modelled time for 1 %; its \
                step fits on a line, and the course begins with its kind";
-    Ok((format!("`{}`", method(&soft.1["label"])), why.to_owned()))
+    Ok((format!("`{}`", winning(soft.1)), why.to_owned()))
 }
 
 /// What is known of a million particles.
 fn of_a_million(results: &Path) -> Result<(String, String), String> {
-    let timings = rows(results, "timings/scaling", "/rows")?;
-    let largest = timings.iter().filter(|row| {
-        row["kind"] == "run" && row["series"] == "k/m fixed" && number(row, "particles") >= 1e6
+    use scaling::facts::{RunTiming, TimingRow};
+    let timings: Vec<TimingRow> = timings(results, "scaling")?;
+    let largest = timings.iter().filter_map(|row| match row {
+        TimingRow::Run(run) => Some(run),
+        _ => None,
     });
+    let is_meant = |run: &&RunTiming| run.series == "k/m fixed" && run.particles >= 1_000_000;
     let told: Vec<_> = largest
-        .map(|row| {
-            let seconds = 1e-9 * number(row, "ns_per_particle_step") * number(row, "particles");
-            format!("`{}` {seconds:.2} s", row["label"].as_str().unwrap_or_default())
+        .filter(is_meant)
+        .map(|run| {
+            let seconds = 1e-9 * run.ns_per_particle_step * run.particles as f64;
+            format!("`{}` {seconds:.2} s", run.label)
         })
         .collect();
     let why = format!(

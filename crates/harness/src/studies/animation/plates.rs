@@ -128,10 +128,16 @@ fn measured(scene: &Scene) -> &'static str {
     }
 }
 
+/// The scenes that have runs: a long study may know more of them.
+fn shown(input: &Input) -> impl Iterator<Item = &Scene> {
+    let has_runs = |scene: &&Scene| input.facts.runs.iter().any(|run| run.scene == scene.id);
+    input.facts.scenes.iter().filter(has_runs)
+}
+
 /// The scenes of the one figure: cloth that hangs by its corners, but for meshes that are coarser
 /// than that of other scenes with as many forms.
 fn hanging(input: &Input) -> Vec<&Scene> {
-    let hanging = || input.facts.scenes.iter().filter(|scene| scene.id.starts_with("hanging"));
+    let hanging = || shown(input).filter(|scene| scene.id.starts_with("hanging"));
     let full = hanging().filter(|scene| scene.has_all_forms);
     let least = full.map(|scene| scene.particles).max().unwrap_or(0);
     hanging().filter(|scene| scene.particles >= least).collect()
@@ -331,7 +337,7 @@ fn map(input: &Input) -> Option<Matrix> {
     };
     Some(Matrix {
         columns: LEVELS.iter().map(|level| level.name()).collect(),
-        rows: input.facts.scenes.iter().map(row).collect(),
+        rows: shown(input).map(row).collect(),
         legend: vec![
             (told(Shade::Open, ""), "stiffness limits the step (explicit)".to_owned()),
             (told(Shade::Fair, ""), "it does not (implicit)".to_owned()),
@@ -373,10 +379,10 @@ fn front(input: &Input) -> Option<Sheet> {
         (vec![scene.id.clone(), measured(scene).to_owned()], series, rules)
     };
     panels_of(
-        input.facts.scenes.iter().map(draft).collect(),
+        shown(input).map(draft).collect(),
         |xs| Axis::log("ms a frame", xs),
         |ys| {
-            let floors = input.facts.scenes.iter().map(|scene| 1e3 * scene.floor_m().max(1e-6));
+            let floors = shown(input).map(|scene| 1e3 * scene.floor_m().max(1e-6));
             let ys: Vec<f64> = ys.iter().copied().chain(floors).collect();
             Axis::log("error (mm)", &ys)
         },
@@ -411,7 +417,7 @@ fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
 
 fn cheapest(input: &Input) -> Option<Matrix> {
     input.timings.as_ref()?;
-    let scenes = &input.facts.scenes;
+    let scenes: Vec<&Scene> = shown(input).collect();
     let tile = |scene: &Scene, label: &str| match cheapest_of(input, scene, label) {
         None => without(input, scene, label),
         Some((_, time)) => {
@@ -439,7 +445,7 @@ fn cheapest(input: &Input) -> Option<Matrix> {
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![scenes(input)];
-    tables.extend(input.facts.scenes.iter().map(|scene| fronts(input, scene)));
+    tables.extend(shown(input).map(|scene| fronts(input, scene)));
     tables.push(errors(input));
     tables
 }
@@ -552,10 +558,10 @@ fn errors(input: &Input) -> Table {
         if told.is_empty() { absent() } else { told.join("; ") }
     };
     let line = |label: &String| {
-        let cells = input.facts.scenes.iter().map(|scene| cell(scene, label));
+        let cells = shown(input).map(|scene| cell(scene, label));
         std::iter::once(label.clone()).chain(cells).collect()
     };
-    let scenes = input.facts.scenes.iter().map(|scene| scene.id.clone());
+    let scenes = shown(input).map(|scene| scene.id.clone());
     Table {
         title: "**All runs**: calls a frame, and the error that ranks in mm, or the verdict. Where nothing \
                 ranks: the share of the kinetic energy kept."

@@ -16,6 +16,10 @@ pub(super) const LONG_QUESTION: &str =
 /// What the long study stands behind.
 pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
+/// Two true motions that are so far apart in the mean have gone different ways, m: as far as the
+/// cloth is wide.
+const APART_M: f64 = 1.0;
+
 /// What the facts say. Times belong to a machine and stand in the figures.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [in_one_call(facts), explicit(facts)].into_iter().flatten();
@@ -30,7 +34,9 @@ pub(super) fn words(facts: &Facts) -> Words {
 
 /// What the facts of the long study say, and what it lacks.
 pub(super) fn long(facts: &Facts) -> Words {
-    let Words { conclusion, observations, mut caveats } = words(facts);
+    let mut ran = facts.clone();
+    ran.scenes.retain(|scene| runs(facts, scene).next().is_some());
+    let Words { conclusion, observations, mut caveats } = words(&ran);
     for missing in &facts.missing {
         let (not_run, not_timed) = (missing.not_run.len(), missing.not_timed.len());
         let what = if not_run > 0 {
@@ -43,7 +49,24 @@ pub(super) fn long(facts: &Facts) -> Words {
     if !facts.missing.is_empty() {
         caveats.push("`drape reproduce --long` runs what is missing.".to_owned());
     }
-    if facts.scenes.iter().any(|scene| scene.measure == Measure::Kept) {
+    let early = ran.scenes.iter().filter(|scene| scene.measure == Measure::Trajectory);
+    for scene in early {
+        caveats.push(format!(
+            "On the scene \u{201c}{}\u{201d} the distance at 0.3 s ranks: the time after it decides \
+             only whether a run is stable.",
+            scene.id
+        ));
+    }
+    let apart = ran.scenes.iter().filter(|scene| scene.shape_floor_m >= APART_M);
+    for scene in apart {
+        caveats.push(format!(
+            "On the scene \u{201c}{}\u{201d} two true motions are {} m apart in the mean: which way the \
+             cloth goes is chance there.",
+            scene.id,
+            significant(scene.shape_floor_m, 2)
+        ));
+    }
+    if ran.scenes.iter().any(|scene| scene.measure == Measure::Kept) {
         caveats.push(
             "After seconds on a ball or in the wind two true motions are as far apart as any two \
              runs: no distance ranks there."
@@ -51,7 +74,7 @@ pub(super) fn long(facts: &Facts) -> Words {
         );
     }
     let conclusion =
-        if facts.scenes.is_empty() { "No scene has been run yet.".to_owned() } else { conclusion };
+        if ran.scenes.is_empty() { "No scene has been run yet.".to_owned() } else { conclusion };
     Words { conclusion, observations, caveats }
 }
 
@@ -294,7 +317,14 @@ mod tests {
         for (run, is_good) in [
             (of("far but lively", 1.0, 0.0), true),
             (of("slow", 0.6, 0.0), false),
+            (of("slower, but near enough", 0.7, 0.0), true),
+            (of("restless", 1.6, 0.0), false),
+            (of("quicker, but near enough", 1.4, 0.0), true),
             (of("stretched", 1.0, 0.02), false),
+            // A stiffer cloth than the true one stretches less, which no limit forbids.
+            (of("short", 1.0, -0.02), true),
+            (Run { kinetic: None, ..of("unknown energy", 1.0, 0.0) }, false),
+            (Run { excess_strain: None, ..of("unknown strain", 1.0, 0.0) }, false),
             (Run { verdict: Verdict::Unstable, ..of("loud", 1.0, 0.0) }, false),
         ] {
             assert_eq!(run.is_good(&wind), is_good, "{}", run.label);
@@ -307,6 +337,12 @@ mod tests {
         assert!(said.conclusion.starts_with(scale), "{said:?}");
         let caveats = said.caveats.join(" ");
         assert!(caveats.contains("no distance ranks there."), "{caveats}");
+        let lost = Scene { measure: Measure::Trajectory, shape_floor_m: 3.9, ..scene() };
+        let runs = vec![run("near", 1, Verdict::Stable, 0.001)];
+        let told = long(&Facts { scenes: vec![lost], runs, missing: Vec::new() }).caveats.join(" ");
+        for sentence in ["the distance at 0.3 s ranks", "two true motions are 3.9 m apart"] {
+            assert!(told.contains(sentence), "{sentence}: {told}");
+        }
         assert!(!caveats.contains("micrometre"), "{caveats}");
     }
 
@@ -314,6 +350,9 @@ mod tests {
     fn a_long_study_says_what_it_lacks() {
         let none = Facts { scenes: Vec::new(), runs: Vec::new(), missing: Vec::new() };
         assert_eq!(long(&none).conclusion, "No scene has been run yet.");
+        let staged = Facts { scenes: vec![scene()], ..none };
+        assert_eq!(long(&staged).conclusion, "No scene has been run yet.");
+        assert!(long(&staged).observations.is_empty(), "{:?}", long(&staged));
         let missing = |not_run: &[&str], not_timed: &[&str]| Missing {
             scene: "s".to_owned(),
             not_run: not_run.iter().map(|&label| label.to_owned()).collect(),
@@ -321,8 +360,12 @@ mod tests {
         };
         let runs = vec![run("good", 1, Verdict::Stable, 0.002)];
         let missing = vec![missing(&["a", "b"], &[]), missing(&[], &["c"])];
-        let said = long(&Facts { scenes: vec![scene()], runs, missing });
+        let empty = Scene { id: "t".to_owned(), ..scene() };
+        let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
+        // A scene without runs is no scene in which a method fails.
+        assert!(said.conclusion.contains("in every scene with `good`"), "{said:?}");
         let caveats = said.caveats.join(" ");
+        assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");
         for sentence in ["2 methods are not run yet.", "1 methods are not timed yet.", "--long"] {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }

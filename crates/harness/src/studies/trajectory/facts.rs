@@ -50,8 +50,8 @@ pub struct Scene {
     pub reference_error: f64,
     /// The tighter of these tolerances.
     pub reference_tolerance: f64,
-    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm up or
-    /// down. A run is held against the nearest.
+    /// Number of true motions: one without noise, the others from starts whose particles are moved
+    /// by up to 1 µm along the normal of the sheet. A run is held against the nearest.
     pub members: usize,
     /// Mean error of the motions with noise beside the one without: a smaller error means nothing.
     pub floor: f64,

@@ -1,6 +1,7 @@
 //! The words of the study `trajectory`: its question, and what its numbers say.
 
-use super::facts::{Facts, LEAD, Row, Run, Scene, Winner};
+use super::facts::{Beside, Facts, LEAD, Row, Run, Scene, Winner};
+use crate::film::HALF;
 use crate::studies::names::{methods, range};
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
@@ -17,9 +18,9 @@ const ROUGH: f64 = 1e-1;
 
 /// What the facts say.
 pub(super) fn words(facts: &Facts) -> Words {
-    let parts = [count(facts), implicit(facts), unranked(facts)];
+    let parts = [count(facts), implicit(facts), leaders(facts)];
     let observations =
-        [leaders(facts), noise(facts), by_energy(facts), beside(facts), retained(facts)];
+        [unranked(facts), noise(facts), by_energy(facts), beside(facts), retained(facts)];
     Words {
         conclusion: parts.into_iter().flatten().collect::<Vec<_>>().join(" "),
         observations: observations.into_iter().flatten().collect(),
@@ -66,13 +67,18 @@ fn error() -> String {
 fn count(facts: &Facts) -> Option<String> {
     let kinds = kinds(facts);
     let of = |kind| kinds.iter().filter(|(_, other)| *other == kind).count();
+    let at = |winner: &&Winner| winner.level == LEVEL;
+    let ranked = facts.winners.iter().filter(at).count();
+    let missed = match ranked - kinds.len() {
+        0 => String::new(),
+        count => format!("; on {count} no method gets there within its budget"),
+    };
     (!kinds.is_empty()).then(|| {
         format!(
-            "For an error of {}, explicit methods alone lead on {} of {} sheets, implicit ones \
-             alone on {}, and both kinds tie on {}.",
+            "For an error of {}, explicit methods alone lead on {} of {ranked} sheets, implicit \
+             ones alone on {}, and both kinds tie on {}{missed}.",
             error(),
             of(Kind::Explicit),
-            kinds.len(),
             of(Kind::Implicit),
             of(Kind::Tie)
         )
@@ -112,8 +118,13 @@ pub(super) fn id(label: &str) -> &str {
 
 /// Methods that lead or tie for an error, each with the number of scenes: the most first.
 pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
+    frequent_among(facts.winners.iter().filter(|winner| winner.level == level))
+}
+
+/// The same of some winners.
+fn frequent_among<'a>(winners: impl Iterator<Item = &'a Winner>) -> Vec<(&'a str, usize)> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
-    for winner in facts.winners.iter().filter(|winner| winner.level == level) {
+    for winner in winners {
         let tied = winner.tied.iter().map(|tied| tied.label.as_str());
         let mut names: Vec<&str> =
             winner.label.as_deref().into_iter().chain(tied).map(id).collect();
@@ -130,17 +141,24 @@ pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
     counts
 }
 
+/// Which methods to try: those that lead or tie most often where a kind leads, and where both tie.
 fn leaders(facts: &Facts) -> Option<String> {
-    let counts = frequent(facts, LEVEL);
-    let most = counts.first()?.1;
-    let names: Vec<_> =
-        counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
-    let all = kinds(facts).len();
-    Some(format!(
-        "Most often, on {most} of {all} sheets, {} leads or ties for {}.",
-        methods(&names),
-        error()
-    ))
+    let most = |meant: Kind| {
+        let own = facts.winners.iter().filter(|w| w.level == LEVEL && kind(w) == Some(meant));
+        let counts = frequent_among(own);
+        let most = counts.first()?.1;
+        let names: Vec<_> =
+            counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
+        Some(methods(&names))
+    };
+    let places = [
+        ("where explicit methods lead alone", Kind::Explicit),
+        ("where implicit ones do", Kind::Implicit),
+        ("where both kinds tie", Kind::Tie),
+    ];
+    let parts: Vec<String> =
+        places.into_iter().filter_map(|(at, of)| Some(format!("{at}, {}", most(of)?))).collect();
+    (!parts.is_empty()).then(|| format!("First or tied most often: {}.", parts.join("; ")))
 }
 
 /// The noise of the calmest and of the wildest sheet.
@@ -177,12 +195,14 @@ pub(super) fn cheapest<'a>(
         .min_by(|(_, a), (_, b)| a.modelled_s.total_cmp(&b.modelled_s))
 }
 
-/// On how many sheets energy has another winner than the trajectory.
+/// On how many sheets energy has another winner than the trajectory. A sheet that stands still keeps
+/// all of its energy: only runs that keep half of the motion are asked.
 fn by_energy(facts: &Facts) -> Option<String> {
     let mut all = 0;
     let mut others = 0;
     for scene in facts.scenes.iter().filter(|s| s.ranks(LEVEL) && s.energy_floor <= 0.5 * LEVEL) {
-        let good = |run: &Run| run.beside.is_some_and(|beside| beside.energy.abs() <= LEVEL);
+        let is_right = |beside: Beside| beside.energy.abs() <= LEVEL && beside.retained >= HALF;
+        let good = |run: &Run| run.beside.is_some_and(is_right);
         let Some(winner) = winner(facts, scene, LEVEL).filter(|w| w.label.is_some()) else {
             continue;
         };
@@ -195,8 +215,9 @@ fn by_energy(facts: &Facts) -> Option<String> {
     let error = error();
     (all > 0).then(|| {
         format!(
-            "On {others} of {all} sheets the cheapest run with {error} of the energy neither leads \
-             nor ties for {error} of the trajectory."
+            "On {others} of {all} sheets the cheapest run that moves and whose energy at the end \
+             is right to {error} of what the sheet sets free neither leads nor ties for {error} of \
+             the trajectory."
         )
     })
 }
@@ -208,7 +229,7 @@ fn beside(facts: &Facts) -> Option<String> {
         own.filter(|run| run.error.is_some_and(|error| error <= LEVEL))
     });
     let good: Vec<_> = good.filter_map(|run| run.beside).collect();
-    let most = |of: fn(&super::facts::Beside) -> f64| good.iter().map(of).reduce(f64::max);
+    let most = |of: fn(&Beside) -> f64| good.iter().map(of).reduce(f64::max);
     Some(format!(
         "Runs within {} of the trajectory are off by up to {} mm in shape, {} % in strain and {} % \
          in energy.",

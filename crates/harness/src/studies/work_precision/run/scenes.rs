@@ -200,6 +200,11 @@ impl Case {
     }
 }
 
+/// The normal of the cylinder at a place on it: of every sheet at its start.
+pub(super) fn normal(x: &Vec3) -> Vec3 {
+    Vec3::new(-x.x, 0.0, RADIUS - x.z) / RADIUS
+}
+
 /// A scene with its exact solution.
 #[derive(Clone)]
 pub(in crate::studies) struct Setting {

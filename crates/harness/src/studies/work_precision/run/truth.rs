@@ -1,6 +1,6 @@
 //! True motions of a scene from starts that differ by noise, and how far a run is from them.
 
-use super::scenes::{Case, SPAN, Setting, TOLERANCE};
+use super::scenes::{Case, SPAN, Setting, TOLERANCE, normal};
 use crate::HarnessError;
 use crate::film::{Camera, Seen, mean, threads};
 use crate::run::{Outcome, Runner, Simulation};
@@ -15,7 +15,8 @@ use drape_oracle::reference::{ReferenceSettings, adaptive};
 pub(in crate::studies) const SEED: u64 = 20;
 /// Starts beside the one without noise.
 pub(in crate::studies) const PERTURBED: usize = 8;
-/// Most by which a particle is moved up or down in a perturbed start, m.
+/// Most by which a particle is moved along the normal of the sheet in a perturbed start, m: along
+/// another direction its springs would be stretched, which is not out of the plane.
 const NOISE_M: f64 = 1e-6;
 /// Frames in the span, a power of two, so that steps of halves of the span end on them.
 const FRAMES: u32 = 8;
@@ -121,7 +122,9 @@ impl Truth {
         for _ in 0..PERTURBED {
             let mut start = state.clone();
             for (x, is_pinned) in start.x.iter_mut().zip(system.pinned()) {
-                x.z += if *is_pinned { 0.0 } else { random.between(-NOISE_M, NOISE_M) };
+                if !*is_pinned {
+                    *x += normal(x) * random.between(-NOISE_M, NOISE_M);
+                }
             }
             members.push(member(&motion(system, &start, 10.0 * TOLERANCE)?));
         }
