@@ -30,6 +30,10 @@ pub const KINDS: usize = 8;
 /// and waiting for memory.
 const EACH: f64 = 100.0;
 
+/// Work whose modelled time is less than this share of the least time that its visits took in the timed
+/// runs is unlike theirs.
+const UNLIKE: f64 = 0.25;
+
 /// The counted work of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -86,11 +90,19 @@ impl Counted {
         forces + products + factorisations + setups + steps
     }
 
-    /// Modelled time by prices, s.
+    /// Modelled time by prices, s. Kinds of work that grew together in all timed runs share their
+    /// time, and one of them may bear no price. Work of which the other is not a part, such as that
+    /// of an undamped run of a method that was timed with damping, was never timed: the prices of a
+    /// plain sweep count there.
     #[must_use]
     pub fn seconds(&self, price: &Price) -> f64 {
         let visits = self.visits_by_kind();
-        1e-9 * visits.iter().zip(&price.ns_a_visit).map(|(count, ns)| count * ns).sum::<f64>()
+        let by = |prices: &[f64; KINDS]| -> f64 {
+            1e-9 * visits.iter().zip(prices).map(|(count, ns)| count * ns).sum::<f64>()
+        };
+        let seconds = by(&price.ns_a_visit);
+        let is_timed = seconds >= UNLIKE * 1e-9 * price.least_ns_a_visit * self.visits();
+        if is_timed { seconds } else { by(&PLAIN.ns_a_visit) }
     }
 }
 
@@ -212,6 +224,18 @@ mod tests {
             left_out: None,
         };
         assert_eq!(WORK.seconds(&price), 1e-9 * (8840.0 + 80e3 + 8e3 + 2e3));
+    }
+
+    /// A method whose timed runs were damped bears its price in products; undamped it has none.
+    #[test]
+    fn work_unlike_all_timed_runs_costs_what_a_plain_sweep_does() {
+        let price = prices().of("srkn4");
+        assert_eq!(price.ns_a_visit[0], 0.0);
+        let undamped = Counted { matvecs: 0, factorisations: 0, setups: 0, ..WORK };
+        let visits: f64 = undamped.visits_by_kind().iter().sum();
+        assert_eq!(undamped.seconds(price), 1e-9 * 2.0 * visits);
+        let damped = Counted { matvecs: 600, ..undamped };
+        assert_eq!(damped.seconds(price), 1e-9 * price.ns_a_visit[1] * 600.0 * 884.0);
     }
 
     #[test]

@@ -77,6 +77,8 @@ pub struct Context<'a> {
     pub out: &'a Path,
     /// Only the quick subset of the cells.
     pub quick: bool,
+    /// Also timings that take long, which `drape reproduce` leaves as they are.
+    pub long: bool,
     /// Told how far it is.
     pub progress: &'a dyn Progress,
     /// Where finished cells are kept until the record is written.

@@ -63,7 +63,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.methods.choose()?;
     let out = folder(arguments.out.as_deref(), arguments.quick);
     let unfinished = enter(&out, arguments.fresh)?;
-    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished, until: None };
+    let run = Run {
+        out: &out,
+        quick: arguments.quick,
+        long: arguments.shard.shard.is_none(),
+        unfinished: &unfinished,
+        until: None,
+    };
     if arguments.shard.compute(&run, &[experiment])? {
         return Ok(());
     }
@@ -121,6 +127,8 @@ pub(crate) struct Run<'a> {
     pub(crate) out: &'a Path,
     /// Only the quick subset of the cells.
     pub(crate) quick: bool,
+    /// Also the timings of ordinary studies that take long.
+    pub(crate) long: bool,
     /// What is unfinished in the folder.
     pub(crate) unfinished: &'a Unfinished,
     /// When no cell of a long study is begun any more.
@@ -206,6 +214,7 @@ impl Run<'_> {
         let context = Context {
             out: self.out,
             quick: self.quick,
+            long: self.long,
             progress: &progress,
             journal,
             allocated: crate::cli::allocated(),

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = &arguments.out;
     let unfinished = super::experiment::enter(out, false)?;
     let joined = unfinished.join(&arguments.parts)?;
-    let run = Run { out, quick: joined.quick, unfinished: &unfinished, until: None };
+    let run = Run { out, quick: joined.quick, long: false, unfinished: &unfinished, until: None };
     let is_joined = |name: &str| joined.experiments.iter().any(|joined| joined == name);
     let (mut counted, mut timed, mut written) = (0, Vec::new(), Vec::new());
     let studies: Vec<_> = all().iter().copied().filter(|s| is_joined(s.name())).collect();

@@ -50,7 +50,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
     let until = arguments.minutes.map(|minutes| begin + Duration::from_secs(60 * minutes));
-    let run = Run { out: &out, quick: arguments.quick, unfinished: &unfinished, until };
+    let (quick, long) = (arguments.quick, arguments.long);
+    let run = Run { out: &out, quick, long, unfinished: &unfinished, until };
     if arguments.shard.compute(&run, &chosen)? {
         return Ok(());
     }
@@ -72,6 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tell!(
             "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
         );
+        tell!("left as they were: the timings of regret; `drape experiment regret` takes them");
     }
     tell!(
         "done in {:.1} s; read {}",

@@ -161,7 +161,7 @@ const UNKNOWN: crate::Source = crate::Source { commit: None, dirty: None };
 /// Without files and figures.
 fn quickly(journal: &crate::Journal) -> Context<'_> {
     let (out, source) = (Path::new(""), &UNKNOWN);
-    Context { out, quick: true, progress: &Silent, journal, allocated: None, source }
+    Context { out, quick: true, long: false, progress: &Silent, journal, allocated: None, source }
 }
 
 /// Squeezed, with explicit shear, at a loose tolerance, with one heavy particle, a single particle,

@@ -158,7 +158,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     questions.retain(|question| !context.quick || question.is_quick);
     let cases = cells(context, "advice", &questions, Question::case)?.all()?;
     let mut timings = None;
-    if !context.quick {
+    if context.long && !context.quick {
         let trials = clock::trials(&questions, &cases);
         timings = Some(timed(context, "clock", &trials, clock::Trial::time)?.all()?);
     }
