@@ -193,7 +193,7 @@ mod tests {
         let price = Price {
             method: String::new(),
             ns_a_visit: prices,
-            least_ns_a_visit: 1.0,
+            least_ns_a_visit: 0.0,
             runs: 0,
             within: 1.0,
             left_out: None,
