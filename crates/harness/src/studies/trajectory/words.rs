@@ -91,11 +91,14 @@ fn implicit(facts: &Facts) -> Option<String> {
     let own = || kinds.iter().filter(|(_, kind)| *kind == Kind::Implicit).map(|(scene, _)| *scene);
     let least = |of: fn(&Scene) -> f64| own().map(of).reduce(f64::min);
     let stiffness = power(least(|scene| scene.stiffness_over_mass_per_s2)?);
-    let ratio = significant(least(|scene| scene.damping_ratio)?, 2);
-    Some(format!(
-        "Implicit methods lead alone only from k/m = {stiffness} s⁻² on, and only where the \
-         stiffest mode has a damping ratio of at least {ratio}."
-    ))
+    let ratio = match least(|scene| scene.damping_ratio)? {
+        0.0 => ", with damping and without".to_owned(),
+        ratio => format!(
+            ", and only where the stiffest mode has a damping ratio of at least {}",
+            significant(ratio, 2)
+        ),
+    };
+    Some(format!("Implicit methods lead alone only from k/m = {stiffness} s⁻² on{ratio}."))
 }
 
 /// How often noise forbids a ranking.
