@@ -385,8 +385,10 @@ fn the_energy_of_an_undamped_sheet_rises_where_the_program_says() {
         let grows = (0..200).any(|_| run.try_step().is_err() || run.energy() > 1e9);
         assert!(grows, "{id}: {} J", run.energy());
     }
-    // A-stability promises nothing for springs that turn.
-    let (rise, _, unsolved) = energies("midpoint", Sheet::hanging(1e6, 0.0).build());
+    // A-stability promises nothing for springs that turn. Factors solve each step of the explosion,
+    // as the program's do; the default solver gives up on three.
+    let (rise, _, unsolved) =
+        energies("midpoint:solver=cholesky", Sheet::hanging(1e6, 0.0).build());
     assert!(rise > 1e3 && unsolved == 0, "{rise:e} J, {unsolved} unsolved");
     let exact = "energy-momentum:residual=1e-9";
     let (rise, change, unsolved) = energies(exact, Sheet::hanging(1e6, 0.0).build());

@@ -23,7 +23,7 @@ const STUDIES: [Study; 13] = [
     ("hard-cases", "cells", &[]),
     ("work-precision", "rows", &[]),
     ("trajectory", "rows", &[]),
-    ("animation", "runs", &[("energy-momentum", HINGES)]),
+    ("animation", "runs", &[("energy-momentum", OF_FABRICS)]),
     ("rest", "runs", &[]),
     ("effects", "cells", &[]),
     ("scaling", "cells", &[]),
@@ -32,7 +32,7 @@ const STUDIES: [Study; 13] = [
 /// A part of a scene's key, and the methods that refuse such scenes.
 type Refusal = (&'static str, &'static [&'static str]);
 
-const HINGES: &str = "it refuses hinges and projected damping, which every fabric has";
+const OF_FABRICS: &str = "it refuses the bending and the damping that every fabric has";
 
 /// Studies each of whose scenes has a row of every method, and what refuses the scenes whose keys
 /// hold a part.

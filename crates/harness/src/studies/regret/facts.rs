@@ -74,7 +74,7 @@ pub enum Origin {
     Bundled,
     /// Springs, gravity and pins; nothing was tuned on it.
     Springs,
-    /// Contact, friction, wind, hinges or angles; nothing was tuned on it.
+    /// Contact, friction, wind or bending by angles; nothing was tuned on it.
     Forces,
 }
 
@@ -86,7 +86,7 @@ impl Origin {
         match self {
             Self::Bundled => "bundled",
             Self::Springs => "springs, gravity, pins",
-            Self::Forces => "contact, friction, wind, hinges",
+            Self::Forces => "contact, friction, wind, angles",
         }
     }
 }

@@ -28,7 +28,7 @@ pub(super) fn words(facts: &Facts) -> Words {
         ),
         Some(
             "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
-             pins alone: prices know no other force. Contact, friction, wind and hinges are judged \
+             pins alone: prices know no other force. Contact, friction, wind and angles are judged \
              by the clock alone."
                 .to_owned(),
         ),

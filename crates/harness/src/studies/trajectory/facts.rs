@@ -4,6 +4,9 @@ pub use crate::studies::work_precision::facts::{Beside, LEAD, Row, Run, Tied, Wi
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Levels of error at which winners are named.
+pub(super) const LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
+
 /// All scenes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,7 +1,6 @@
 //! Figures and tables of the experiment `trajectory`.
 
-use super::facts::{Beside, Facts, Row, Run, Scene};
-use super::run::LEVELS;
+use super::facts::{Beside, Facts, LEVELS, Row, Run, Scene};
 use super::words::{cheapest, frequent, id, runs, winner};
 use crate::families::looks;
 use crate::studies::tiles::told;

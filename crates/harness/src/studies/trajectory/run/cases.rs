@@ -1,8 +1,7 @@
 //! The scenes: one sheet at every stiffness and damping.
 
 use crate::HarnessError;
-use crate::studies::trajectory::facts::Scene;
-use crate::studies::trajectory::run::LEVELS;
+use crate::studies::trajectory::facts::{LEVELS, Scene};
 use crate::studies::work_precision::run::scenes::{Case as Sheet, Setting, Shape};
 use crate::studies::work_precision::run::truth::PERTURBED;
 use drape_model::SystemSpec;

@@ -4,7 +4,7 @@ mod cases;
 #[cfg(test)]
 mod tests;
 
-use super::facts::{Facts, LEAD};
+use super::facts::{Facts, LEAD, LEVELS};
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods::runs::work::{Knob, Variant};
@@ -16,8 +16,6 @@ use crate::studies::{Context, Measured, Start, prepared, taken};
 use cases::{Stage, cases};
 use serde_json::json;
 
-/// Levels of error at which winners are named.
-pub(super) const LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 /// Most effort of a run of the quick subset, in visits of a spring.
 const QUICK: f64 = 4e6;
 
