@@ -1,5 +1,6 @@
 //! Records of the experiment `trajectory`: who follows a smooth motion.
 
+pub(super) use crate::film::HALF;
 pub use crate::studies::work_precision::facts::{Beside, LEAD, Row, Run, Tied, Winner};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

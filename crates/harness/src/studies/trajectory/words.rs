@@ -1,8 +1,7 @@
 //! The words of the study `trajectory`: its question, and what its numbers say.
 
-use super::facts::{Beside, Facts, LEAD, Row, Run, Scene, Winner};
-use crate::film::HALF;
-use crate::studies::names::{methods, range};
+use super::facts::{Beside, Facts, HALF, LEAD, Row, Run, Scene, Winner};
+use crate::studies::names;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
 
@@ -152,7 +151,7 @@ fn leaders(facts: &Facts) -> Option<String> {
         let most = counts.first()?.1;
         let names: Vec<_> =
             counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
-        Some(methods(&names))
+        Some(names::methods(&names))
     };
     let places = [
         ("where explicit methods lead alone", Kind::Explicit),
@@ -248,7 +247,7 @@ fn retained(facts: &Facts) -> Option<String> {
     let all = facts.rows.iter().flat_map(|row| &row.runs);
     let near = all.filter(|run| run.error.is_some_and(|error| error <= ROUGH));
     let kept: Vec<f64> = near.filter_map(|run| Some(run.beside?.retained)).collect();
-    let kept = range(&kept, |share| significant(share, 3))?;
+    let kept = names::range(&kept, |share| significant(share, 3))?;
     Some(format!("Runs within {} of the trajectory keep {kept} of the motion.", percent(ROUGH, 1)))
 }
 
@@ -266,7 +265,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
          `rest` about where cloth comes to lie."
             .to_owned(),
     ];
-    if let Some(sizes) = range(&sizes, |size| size.to_string()) {
+    if let Some(sizes) = names::range(&sizes, |size| size.to_string()) {
         caveats.push(format!(
             "Sheets have {sizes} particles; the stiffest are the smallest, so a column is not one \
              cloth at another stiffness."
