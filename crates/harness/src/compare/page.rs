@@ -113,7 +113,7 @@ pub fn write(
 /// Time of all of a page but its pictures.
 const PLAIN: Duration = Duration::from_millis(80);
 
-/// How long [`write`] will take, about: from the time of a picture of the start.
+/// How long [`write()`] will take, about: from the time of a picture of the start.
 ///
 /// # Errors
 /// [`HarnessError`] where the system is refused.
