@@ -35,6 +35,8 @@ pub struct Advice {
     pub closest: Option<Pick>,
     /// Forms that gained energy, with the most steps a frame at which they did.
     pub explodes: Vec<(String, u32)>,
+    /// The same for forms that are [fragile](Run::is_fragile).
+    pub fragile: Vec<(String, u32)>,
     /// The same for forms that stand still.
     pub locks: Vec<(String, u32)>,
     /// Forms that were refused, with the reason.
@@ -81,12 +83,12 @@ pub fn advise(facts: &Facts) -> Advice {
         forms
     };
     let refused = |form: &Form| Some((form.label.clone(), form.refusal.clone()?));
-    let (explodes, locks) =
-        (failed(&Run::explodes), failed(&|run| run.verdict == drape_report::Verdict::Locked));
+    let (explodes, fragile) = (failed(&Run::explodes), failed(&Run::is_fragile));
+    let locks = failed(&|run| run.verdict == drape_report::Verdict::Locked);
     let (take, runner_up) = (picks.first().copied(), slower.first().copied());
     let closest = closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 });
     let mut told: Vec<&str> =
-        explodes.iter().chain(&locks).map(|(label, _)| label.as_str()).collect();
+        explodes.iter().chain(&fragile).chain(&locks).map(|(label, _)| label.as_str()).collect();
     let named = take.iter().chain(&ties).chain(&runner_up).chain(&closest);
     told.extend(named.map(|pick| facts.form_of(&runs[pick.run]).label.as_str()));
     let ended = |ends: &[End]| -> Vec<String> {
@@ -108,6 +110,7 @@ pub fn advise(facts: &Facts) -> Advice {
         ties,
         closest,
         explodes,
+        fragile,
         locks,
         refused: facts.forms.iter().filter_map(refused).collect(),
         other_targets: OTHER_TARGETS.into_iter().filter_map(other).collect(),
@@ -250,11 +253,14 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
     let up_to = |forms: &[(String, u32)]| -> Vec<String> {
         forms.iter().map(|(label, most)| format!("{label} {most}")).collect()
     };
-    if !advice.explodes.is_empty() {
-        told(
-            "explodes",
-            format!("up to so many steps: {}", listed(&up_to(&advice.explodes), "; ")),
-        );
+    let mut exploding = Vec::new();
+    for (when, forms) in [("up to", &advice.explodes), ("when pushed, up to", &advice.fragile)] {
+        if !forms.is_empty() {
+            exploding.push(format!("{when} so many steps: {}", listed(&up_to(forms), "; ")));
+        }
+    }
+    if !exploding.is_empty() {
+        told("explodes", exploding.join("; "));
     }
     if !advice.locks.is_empty() {
         told("locks", format!("up to so many steps: {}", listed(&up_to(&advice.locks), "; ")));

@@ -160,6 +160,9 @@ pub struct Run {
     pub frame_s: f64,
     /// How often it was timed.
     pub repetitions: u32,
+    /// Whether the same steps end well where all free particles are pushed at the start. Only the
+    /// best are tried.
+    pub holds_when_pushed: Option<bool>,
 }
 
 impl Facts {
@@ -189,9 +192,15 @@ impl Run {
         matches!(self.verdict, Verdict::Stable | Verdict::Open)
     }
 
-    /// Whether it is sound and errs by at most so much, m.
+    /// Whether it is sound, errs by at most so much, m, and is not fragile.
     pub fn meets(&self, good_m: f64) -> bool {
-        self.is_sound() && self.error_m.is_some_and(|error| error <= good_m)
+        let is_near = self.error_m.is_some_and(|error| error <= good_m);
+        self.is_sound() && is_near && !self.is_fragile()
+    }
+
+    /// Whether it explodes once the cloth is pushed a little: its step is at the edge.
+    pub fn is_fragile(&self) -> bool {
+        self.holds_when_pushed == Some(false)
     }
 
     /// Whether it gained energy or left the scene.

@@ -172,6 +172,20 @@ impl<'a> Memory<'a> {
         self.keep(&runs(form, truth.is_trusted), ran.run.substeps, ran)
     }
 
+    /// Whether a run ends well where the cloth is pushed at the start.
+    pub(super) fn push(&self, form: &str, substeps: u32) -> Option<bool> {
+        self.kept(&format!("push of {form}"), substeps)
+    }
+
+    pub(super) fn keep_push(
+        &self,
+        form: &str,
+        substeps: u32,
+        holds: bool,
+    ) -> Result<(), HarnessError> {
+        self.keep(&format!("push of {form}"), substeps, holds)
+    }
+
     /// Seconds of a run that was timed again.
     pub(super) fn time(&self, form: &str, substeps: u32, repetition: u32) -> Option<Option<f64>> {
         self.kept(&format!("time {repetition} of {form}"), substeps)

@@ -4,7 +4,9 @@
 //! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
 //!    run first; forms that take more than three times as long as one that meets the target stop
 //!    (`race`). A form that the user names runs at least once.
-//! 3. The best are timed again, and [`advise`] reads the advice from the record.
+//! 3. The best run once more from a pushed start, which a step at the edge of stability does not
+//!    survive; such forms are tried with more steps. Then the best are timed again, and [`advise`]
+//!    reads the advice from the record.
 //!
 //! The budget is wall time. It counts from [`Options::began`], such as the start of the program, and
 //! keeps [`Options::reserve`] for what follows, such as the page. Which runs fit into it depends on
@@ -47,7 +49,7 @@ pub use race::DOMINATED;
 use crate::film::Seen;
 use crate::journal::Journal;
 use crate::methods::Choice;
-use crate::run::Moment;
+use crate::run::{Counts, Moment};
 use crate::studies::finite;
 use crate::{HarnessError, Shard, Verdict, sha256, system_hash};
 use deadline::Deadline;
@@ -77,6 +79,9 @@ const EARLY: f64 = 0.1;
 /// Forms that are timed again, and how often, in turns.
 const FINALISTS: usize = 6;
 const REPETITIONS: u32 = 5;
+/// How often a form that explodes when pushed is tried with more steps, and by how much more.
+const FIRMER: usize = 3;
+const FINER: f64 = 1.25;
 /// A frame counts at most this many times the median.
 const SPIKE: f64 = 5.0;
 /// Forms up to this many times as slow as the best by one timing are timed again. After the first
@@ -150,7 +155,7 @@ impl Default for Options {
 /// How far a comparison is.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick<'a> {
-    /// What is done: `true motion`, `probes`, `race` or `timings`.
+    /// What is done: `true motion`, `probes`, `race`, `pushes` or `timings`.
     pub part: &'static str,
     /// Time since the start.
     pub elapsed: Duration,
@@ -253,8 +258,9 @@ pub fn resume(
     let mut entrants = course.entrants()?;
     let factor = if options.exhaustive { f64::INFINITY } else { options.dominated };
     race(&mut entrants, &mut course, factor)?;
+    course.deadline = until(TIMING_SHARE);
+    course.push_the_best()?;
     if options.clock == Clock::Wall {
-        course.deadline = until(TIMING_SHARE);
         course.time_again()?;
     }
     let Course { runs, ends, refusals, .. } = course;
@@ -564,12 +570,62 @@ impl<'a> Course<'a> {
         before.map(|before| self.stage.apart(seen, &before))
     }
 
-    /// Times the best again: the least time counts.
-    fn time_again(&mut self) -> Result<(), HarnessError> {
+    /// The runs that may be advised, the fastest first.
+    fn finalists(&self) -> Vec<usize> {
         let mut finalists = advice::ranking(self.stage.scene.target_m, self.truth, &self.runs);
-        let Some(least) = finalists.first().map(|&n| self.runs[n].frame_s) else { return Ok(()) };
+        let least = finalists.first().map_or(0.0, |&n| self.runs[n].frame_s);
         finalists.retain(|&n| self.runs[n].frame_s <= NEAR * least);
         finalists.truncate(FINALISTS);
+        finalists
+    }
+
+    /// Repeats the best from a pushed start. A form that explodes there takes more steps.
+    fn push_the_best(&mut self) -> Result<(), HarnessError> {
+        let is_new = |run: &Run| run.holds_when_pushed.is_none();
+        while let Some(n) = self.finalists().into_iter().find(|&n| is_new(&self.runs[n])) {
+            let (form, substeps) = (self.runs[n].form, self.runs[n].substeps);
+            let Some(holds) = self.holds_when_pushed(n)? else { return Ok(()) };
+            self.runs[n].holds_when_pushed = Some(holds);
+            let fragile = self.runs.iter().filter(|run| run.form == form && run.is_fragile());
+            if holds || fragile.count() > FIRMER {
+                continue;
+            }
+            let more = (FINER * f64::from(substeps)).ceil() as u32;
+            let frame_s = self.runs[n].frame_s * f64::from(more) / f64::from(substeps);
+            let is_made = self.runs.iter().any(|run| (run.form, run.substeps) == (form, more));
+            if !is_made && self.has_time(form, more, frame_s) {
+                self.lap(form, more, f64::INFINITY)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a run ends well from a pushed start; `None` where there is no time to know.
+    fn holds_when_pushed(&self, n: usize) -> Result<Option<bool>, HarnessError> {
+        let (run, deadline) = (&self.runs[n], self.deadline);
+        let choice = &self.entries[run.form].choice;
+        let known = self.memory.push(&choice.full_id(), run.substeps);
+        if known.is_some() {
+            return Ok(known);
+        }
+        (self.tick)("pushes", Some(&self.entries[run.form].label));
+        let counts = match self.stage.pushed(choice, run.substeps, |_| deadline.is_over()) {
+            Ok(counts) if counts.outcome.is_over_budget => return Ok(None),
+            Ok(counts) => Some(counts),
+            // A step that fails there is no better than one that explodes.
+            Err(error) => refusal(error).map(|_| None)?,
+        };
+        let is_wild = |counts: &Counts| {
+            matches!(verdict(self.truth, counts, None), Verdict::Unstable | Verdict::Diverged)
+        };
+        let holds = counts.is_some_and(|counts| !is_wild(&counts));
+        self.memory.keep_push(&choice.full_id(), run.substeps, holds)?;
+        Ok(Some(holds))
+    }
+
+    /// Times the best again: the least time counts.
+    fn time_again(&mut self) -> Result<(), HarnessError> {
+        let mut finalists = self.finalists();
         let frames = f64::from(self.stage.scene.frames);
         for repetition in 0..REPETITIONS {
             if repetition > 0 {
@@ -674,6 +730,7 @@ impl Track for Course<'_> {
                 frames => steady(&clock) / frames as f64,
             },
             repetitions: 1,
+            holds_when_pushed: None,
         };
         let end = if outcome.is_over_budget { reason } else { None };
         if end.is_none() {

@@ -350,7 +350,7 @@ pub(super) fn forms(facts: &Facts) -> Table {
             rank,
             vec![
                 form.label.clone(),
-                of(&|run| run.verdict.to_string()),
+                of(&verdict),
                 said(form.end).to_owned(),
                 of(&|run| run.substeps.to_string()),
                 of(&|run| significant(1e3 * run.frame_s, 2)),
@@ -370,6 +370,12 @@ pub(super) fn forms(facts: &Facts) -> Table {
     }
 }
 
+/// Its verdict, and what a push makes of it.
+fn verdict(run: &Run) -> String {
+    let pushed = if run.is_fragile() { ", explodes when pushed" } else { "" };
+    format!("{}{pushed}", run.verdict)
+}
+
 fn runs(facts: &Facts) -> Table {
     let order = labels(facts.forms.iter().map(|f| (f.method.as_str(), f.label.as_str())));
     let place = |run: &Run| order.iter().position(|label| *label == facts.form_of(run).label);
@@ -378,7 +384,7 @@ fn runs(facts: &Facts) -> Table {
     let line = |run: &&Run| {
         vec![
             facts.form_of(run).label.clone(),
-            run.verdict.to_string(),
+            verdict(run),
             run.substeps.to_string(),
             significant(1e3 * run.frame_s, 2),
             millimetres(run.error_m),

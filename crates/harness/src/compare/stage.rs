@@ -27,6 +27,8 @@ const FEW_LOOKS: usize = 5;
 const USUAL_TARGET: f64 = 0.01;
 /// Greatest distance of a particle from its place in a perturbed start, over the size of the cloth.
 const NOISE: f64 = 1e-6;
+/// Velocity of a push, in sizes of the cloth a second.
+const PUSH: f64 = 0.1;
 /// Steps of a probe. The first sets up.
 const PROBE: u32 = 3;
 
@@ -227,6 +229,24 @@ impl Stage {
         }
         let first = numbering.restore(&start.state).x.clone();
         self.camera.film(runner, &start, &first, substeps)
+    }
+
+    /// A run in which all free particles are pushed at the start, in a direction by the seed.
+    pub(super) fn pushed(
+        &self,
+        choice: &Choice,
+        substeps: u32,
+        stop: impl FnMut(&Moment<'_>) -> bool,
+    ) -> Result<Counts, HarnessError> {
+        let (start, numbering) = self.of(choice);
+        let mut start = start.clone();
+        let direction = Random::new(self.seed).vector();
+        let push = direction * (PUSH * self.scene.size_m / direction.norm().max(1e-9));
+        for (v, pinned) in start.state.v.iter_mut().zip(start.system.pinned()) {
+            *v += if *pinned { Vec3::zeros() } else { push };
+        }
+        let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
+        runner.numbered(numbering).stop(stop).count(&start)
     }
 
     /// Seconds of the steps of a whole run, without diagnostics.

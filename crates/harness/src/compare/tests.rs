@@ -26,6 +26,7 @@ fn run(form: usize, substeps: u32, verdict: Verdict, error_m: f64, frame_s: f64)
         unconverged_steps: 0,
         frame_s,
         repetitions: 1,
+        holds_when_pushed: None,
     }
 }
 
@@ -128,6 +129,46 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert!(line("refused").contains("friction"), "{text:?}");
     let command = line("run it");
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
+}
+
+/// A run that explodes when pushed is not advised, and both the advice and the page say why.
+#[test]
+fn a_fragile_run_is_passed_over() {
+    let mut facts = synthetic();
+    facts.runs[1].holds_when_pushed = Some(false);
+    let advice = advise(&facts);
+    assert_eq!(advice.take.map(|pick| pick.run), Some(2), "the tie is next");
+    assert_eq!(advice.fragile, [("winner".to_owned(), 2)]);
+    let text = lines(&facts, &advice);
+    assert!(text.len() <= 12, "{text:#?}");
+    let said = "so many steps: explodes 20; when pushed, up to so many steps: winner 2";
+    assert!(text.iter().any(|line| line.contains(said)), "{text:#?}");
+    let rows = super::page::forms(&facts).rows;
+    let winner = rows.iter().find(|row| row[0] == "winner").expect("a row");
+    assert!(!winner[1].is_empty(), "{winner:?}");
+}
+
+/// On the hanging sheet explicit Euler with 3 steps a frame keeps its energy for half a second; once
+/// the sheet is pushed it explodes, and 4 steps hold. The journal keeps what a push showed.
+#[test]
+fn a_step_at_the_edge_of_stability_gives_way_to_a_shorter_one() {
+    let input = drape_model::load("hanging-textile-1e4").expect("a bundled scene");
+    let (clock, budget) = (Clock::Modelled, Duration::from_secs(600));
+    let methods = Some("explicit-euler".to_owned());
+    let options = Options { methods, clock, budget, ..Options::default() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let unfinished = Unfinished::enter(folder.path(), false).expect("a folder of its own");
+    let asked = || {
+        let journal = unfinished.journal("edge", false).expect("a journal");
+        let found = resume("sheet", input.spec(), 0.5, &options, &journal, &|_| ());
+        found.expect("a comparison").facts
+    };
+    let facts = asked();
+    let take = &facts.runs[advise(&facts).take.expect("an advice").run];
+    assert_eq!((take.substeps, take.holds_when_pushed), (4, Some(true)));
+    let edge = facts.runs.iter().find(|run| run.substeps == 3).expect("a run at the edge");
+    assert!(edge.is_sound() && edge.is_fragile(), "{edge:?}");
+    assert_eq!(asked().runs, facts.runs);
 }
 
 #[test]
