@@ -72,8 +72,7 @@ fn common() -> String {
          0.1 at 16 Hz), is shown at {FRAMES_PER_S} frames a second, in one scene at {FILM}. It \
          hangs by two corners, let go from the horizontal; hangs from an upper edge that goes \
          to and fro across it; falls, 8 cm off its centre, on a ball of 30 cm radius with a \
-         coefficient of friction of 0.3 (in a scene of 5 s, 3 cm and 0.6, so that it stays \
-         there); or is a flag in a wind of 6 m/s. All springs and \
+         coefficient of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and \
          hinges begin at rest. The true motion is that of leapfrog at a quarter of its limit; \
          starts that differ by 1 µm out of the plane (seeded) tell its noise, and a run is held \
          against the nearest of them. Runs are ranked by shape where the cloth hangs: the mean \

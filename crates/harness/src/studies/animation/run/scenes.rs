@@ -39,8 +39,9 @@ pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
 pub(super) const BUDGET: f64 = 1e8;
 /// A particle this near to the ball lies on it, m.
 pub(super) const NEAR_M: f64 = 5e-3;
-/// Radius of the ball, m.
+/// Radius of the ball and place of its centre, m.
 const BALL_M: f64 = 0.3;
+const CENTRE_M: [f64; 3] = [0.08, 0.0, 0.0];
 /// Where wind or rings supply energy, a run gains it by the method if its kinetic energy exceeds this
 /// share of the true one.
 pub(super) const RESTLESS: f64 = 1.5;
@@ -185,12 +186,6 @@ impl Case {
         }
     }
 
-    /// Centre of the ball, m, and its coefficient of friction. Cloth 8 cm off the centre of a ball with
-    /// 0.3 has slid off after 1.3 s; on the rougher one it stays for 5 s.
-    fn ball(&self) -> ([f64; 3], f64) {
-        if self.is_long() { ([0.03, 0.0, 0.0], 0.6) } else { ([0.08, 0.0, 0.0], 0.3) }
-    }
-
     fn held(&self, row: u32, column: u32) -> Value {
         json!({ "row": row, "column": column })
     }
@@ -231,8 +226,7 @@ impl Case {
             }
             Place::Ball => {
                 grid["center_m"] = json!([0, 0, 0.31]);
-                let (centre, friction) = self.ball();
-                let ball = json!({ "center_m": centre, "radius_m": BALL_M, "friction": friction });
+                let ball = json!({ "center_m": CENTRE_M, "radius_m": BALL_M, "friction": 0.3 });
                 scene["obstacles"] = json!([{ "sphere": ball }]);
             }
             Place::Flag => {
@@ -491,9 +485,8 @@ impl Setting {
 
     /// Particles on the ball at the last look, over those of another film; none without a ball.
     fn contact(&self, film: &Seen, other: &Seen) -> Option<f64> {
-        let centre = Vec3::from(self.case.ball().0);
         let on_the_ball = |film: &Seen| {
-            let lies = |x: &&Vec3| (*x - centre).norm() <= BALL_M + NEAR_M;
+            let lies = |x: &&Vec3| (*x - Vec3::from(CENTRE_M)).norm() <= BALL_M + NEAR_M;
             film.looks.last().map_or(0, |look| look.x.iter().filter(lies).count()) as f64
         };
         let is_there = self.case.place == Place::Ball && on_the_ball(other) > 0.0;
