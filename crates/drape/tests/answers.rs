@@ -28,6 +28,20 @@ fn verdict(scene: &str, more: &[&str]) -> (Judgement, String, String) {
     (run.verdict, line, said)
 }
 
+/// On a sheet of the hard cases one particle is a million times as heavy, and the paper's stop test
+/// sees it alone. The step is not the cause.
+#[test]
+fn a_stop_test_that_one_heavy_particle_blinds_is_named_as_the_cause() {
+    let scene = "hard-cases/H21 one mass × 1e6";
+    let (blind, line, said) = verdict(scene, &["--method", "imex-euler:norm=euclid"]);
+    assert_eq!(blind.kind, Judged::GainedEnergy, "{line}{said}");
+    for words in ["1e6 times the mass of the lightest", "norm=euclid", "take norm=velocity"] {
+        assert!(line.contains(words), "{words}: {line}");
+    }
+    let (kind, line, _) = verdict(scene, &["--method", "imex-euler"]);
+    assert_eq!(kind.kind, Judged::Stable, "{line}");
+}
+
 #[test]
 fn a_cloth_that_locks_is_told_before_and_after_the_run() {
     for scene in ["hanging-textile-1e6", "hanging-wool"] {

@@ -169,16 +169,19 @@ fn an_unknown_method_is_refused_before_a_study_begins() {
 /// DRAPE_PROGRAMS=required it fails.
 #[test]
 fn implicit_midpoint_in_python_has_order_two_in_the_study_of_orders() {
-    let scipy = Command::new("python3").args(["-c", "import scipy"]).output();
+    let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let scipy = Command::new(&python).args(["-c", "import scipy"]).output();
     if !scipy.is_ok_and(|output| output.status.success()) {
         assert_ne!(std::env::var("DRAPE_PROGRAMS").as_deref(), Ok("required"), "no SciPy");
-        println!("skipped: `python3 -c 'import scipy'` fails on this machine");
+        // On the terminal, past the capture of tests.
+        let why = format!("SKIPPED: `{python} -c 'import scipy'` fails on this machine\n");
+        std::io::Write::write_all(&mut std::io::stderr().lock(), why.as_bytes()).unwrap();
         return;
     }
     let folder = tempfile::tempdir().unwrap();
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/methods");
-    let method =
-        format!("program:python3 -B '{}'", examples.join("implicit_midpoint.py").display());
+    let script = examples.join("implicit_midpoint.py");
+    let method = format!("program:'{python}' -B '{}'", script.display());
     let arguments = ["experiment", "order", "--quick", "--out", "mine", "--methods", &method];
     let output = drape(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));

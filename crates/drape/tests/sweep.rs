@@ -2,13 +2,19 @@
 //! that it was skipped.
 
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn script(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep")).join(name)
+}
+
+/// Tells on the terminal, past the capture of tests, what was not tested.
+fn skipped(why: &str) {
+    use std::io::Write as _;
+    writeln!(std::io::stderr().lock(), "SKIPPED: {why}").unwrap();
 }
 
 fn answers(program: &str, arguments: &[&str]) -> bool {
@@ -42,7 +48,7 @@ fn sweeps(mut command: impl FnMut() -> Command) {
 #[test]
 fn gnu_parallel() {
     if !answers("parallel", &["--version"]) {
-        println!("skipped: GNU parallel is not on the path");
+        skipped("GNU parallel is not on the path");
         return;
     }
     sweeps(|| Command::new(script("parallel.sh")));
@@ -51,7 +57,7 @@ fn gnu_parallel() {
 #[test]
 fn slurm() {
     if !answers("sinfo", &["--noheader"]) {
-        println!("skipped: no Slurm controller answers `sinfo`");
+        skipped("no Slurm controller answers `sinfo`");
         return;
     }
     sweeps(|| Command::new(script("slurm.sh")));
@@ -62,7 +68,7 @@ fn slurm() {
 fn hyperqueue() {
     let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     if !answers(&python, &["-c", "import hyperqueue"]) {
-        println!("skipped: `{python} -c 'import hyperqueue'` fails on this machine");
+        skipped(&format!("`{python} -c 'import hyperqueue'` fails on this machine"));
         return;
     }
     sweeps(|| {

@@ -114,6 +114,9 @@ impl Expected {
 /// dissipative and for symplectic methods. Verdicts use the same limits.
 const RISE: [f64; 2] = [0.02, 0.5];
 
+/// From this ratio of masses on a stop test that adds up forces sees the heaviest particle alone.
+const BLINDING: f64 = 1e3;
+
 /// What the energy warning needs to know about the start of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
@@ -121,6 +124,8 @@ pub struct Start {
     round_off: f64,
     /// Particles inside an obstacle.
     inside: usize,
+    /// Mass of the heaviest free particle over that of the lightest.
+    mass_ratio: f64,
 }
 
 impl Start {
@@ -129,6 +134,7 @@ impl Start {
         Self {
             round_off: simulation.energy_round_off(),
             inside: simulation.particles_inside_obstacles(),
+            mass_ratio: simulation.mass_ratio(),
         }
     }
 }
@@ -168,7 +174,14 @@ pub fn energy_gain(
         Rule::Symplectic => RISE[1],
     };
     let id = choice.method().id;
+    let is_blinded = known.mass_ratio > BLINDING && choice.settings().get("norm") == Some("euclid");
     let cause = match known.inside {
+        0 if is_blinded => format!(
+            "the heaviest particle has {} times the mass of the lightest, and with norm=euclid the \
+             solver stops once the residual is small beside its weight: the others are not solved \
+             for; take norm=velocity",
+            trimmed(known.mass_ratio, 2)
+        ),
         0 => format!("the step is probably too long for {id}"),
         inside => format!(
             "{inside} particles start inside an obstacle and are pushed out, \

@@ -190,6 +190,16 @@ impl OrderedSimulation {
         crate::stability::round_off(system, work)
     }
 
+    /// Mass of the heaviest free particle over that of the lightest; 1 where none is free.
+    pub fn mass_ratio(&self) -> f64 {
+        let system = &self.simulation.system;
+        let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+        let bounds = free.fold((f64::INFINITY, 0.0_f64), |(least, most), (mass, _)| {
+            (least.min(*mass), most.max(*mass))
+        });
+        if bounds.1 > 0.0 { bounds.1 / bounds.0 } else { 1.0 }
+    }
+
     /// Number of particles, pins aside, that lie inside an obstacle at the start.
     pub fn particles_inside_obstacles(&self) -> usize {
         let Simulation { system, state } = &self.simulation;

@@ -69,7 +69,7 @@ pub fn record(comparison: &Comparison, request: &Request<'_>) -> Record<Facts> {
             "Which method shows `{}` with a {} error within {} m in the least time?",
             printable(&facts.scene.name),
             facts.scene.metric.name(),
-            facts.scene.target_m
+            significant(facts.scene.target_m, 3)
         ),
         method: method(facts),
         words: words(facts, &advise(facts)),

@@ -220,11 +220,18 @@ fn candidate(
         if !is_usable(&before.0) || !is_usable(&after.0) {
             retries += 1;
             substeps *= 2;
-            if best.is_none() && retries <= RETRIES && seconds(3 * substeps) <= left() {
+            // Where the finer run is usable, its time is measured, and only the next one is to be made.
+            let needed = if is_usable(&after.0) { 2.0 * after.2 } else { seconds(3 * substeps) };
+            if best.is_none() && retries <= RETRIES && needed <= left() {
                 coarse = is_usable(&after.0).then_some(after);
                 continue;
             }
-            return Ok(best.ok_or_else(|| "it gains energy, or took too long".to_owned()));
+            let is_late = after.0.outcome.is_over_budget || needed > left();
+            let reason = match is_late {
+                true => "the time does not suffice for steps that gain no energy",
+                false => "it gains energy, also with the shortest steps tried",
+            };
+            return Ok(best.ok_or_else(|| reason.to_owned()));
         }
         let begin = Instant::now();
         let error = stage.apart(&before.1, &after.1);
