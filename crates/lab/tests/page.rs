@@ -13,6 +13,7 @@ use devtools::{Browser, chromium};
 use drape_lab::{Pane, Runs, Server, Setup};
 use serde_json::{Value, json};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A busy machine that draws in software may need this long.
@@ -20,8 +21,16 @@ const PATIENCE: Duration = Duration::from_secs(180);
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
 
+/// Two browsers that draw in software starve each other on two cores: one test at a time, from its
+/// first server to its end.
+static ONE: Mutex<()> = Mutex::new(());
+thread_local! {
+    static TURN: MutexGuard<'static, ()> = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+}
+
 /// A server that lives as long as the test program.
 fn serve() -> (String, Runs) {
+    TURN.with(|_| ());
     let server = Server::bind(0).unwrap();
     let (address, runs) = (server.address(), server.runs());
     std::thread::spawn(move || server.serve(std::future::pending()).unwrap());
