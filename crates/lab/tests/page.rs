@@ -13,7 +13,6 @@ use devtools::{Browser, chromium};
 use drape_lab::{Pane, Runs, Server, Setup};
 use serde_json::{Value, json};
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A busy machine that draws in software may need this long.
@@ -21,16 +20,8 @@ const PATIENCE: Duration = Duration::from_secs(180);
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
 
-/// Two browsers that draw in software starve each other on two cores: one test at a time, from its
-/// first server to its end.
-static ONE: Mutex<()> = Mutex::new(());
-thread_local! {
-    static TURN: MutexGuard<'static, ()> = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-}
-
 /// A server that lives as long as the test program.
 fn serve() -> (String, Runs) {
-    TURN.with(|_| ());
     let server = Server::bind(0).unwrap();
     let (address, runs) = (server.address(), server.runs());
     std::thread::spawn(move || server.serve(std::future::pending()).unwrap());
@@ -72,6 +63,14 @@ impl Page {
             }
             std::thread::sleep(Duration::from_millis(50));
         }
+    }
+
+    /// Waits until the runs are over and the page shows their last numbers and pictures, which the
+    /// next animation frame brings.
+    fn wait_for_the_end(&mut self) {
+        self.wait_until("document.getElementById('play')?.textContent === 'Play again'");
+        self.value("isShown = false; requestAnimationFrame(() => { isShown = true; }); null");
+        self.wait_until("isShown");
     }
 
     /// Words of the verdicts, pane by pane.
@@ -141,7 +140,7 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
         let features = [("prefers-color-scheme", scheme)];
         let mut page = Page::open(&chromium, &address, width, &features);
         page.wait_until("document.querySelectorAll('.pane').length === 3");
-        page.wait_until("document.getElementById('play').textContent === 'Play again'");
+        page.wait_for_the_end();
         assert_eq!(page.verdicts(), json!(["diverged", "locked", "stable"]));
         let whys = page.value(
             "[...document.querySelectorAll('.verdict')].every((e) => e.lastChild.textContent.length > 20)",
@@ -153,10 +152,10 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
         );
         assert_eq!(drawn, json!([true, true, true, true, true, true]), "{width} {scheme}");
         // A cloth that explodes does not paint its picture over.
-        // The last pictures may come after the verdicts.
-        page.wait_until(&format!(
-            "[...document.querySelectorAll('canvas.view')].map({PAINTED}).every((share) => share > 0.001 && share < 0.5)"
-        ));
+        let painted =
+            page.value(&format!("[...document.querySelectorAll('canvas.view')].map({PAINTED})"));
+        let shares: Vec<_> = (0..3).map(|pane| painted[pane].as_f64().unwrap()).collect();
+        assert!(shares.iter().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
         // What explodes, stands still and falls is seen without scrolling.
         let top =
             page.value("document.querySelector('canvas.view').getBoundingClientRect().bottom");
@@ -180,7 +179,7 @@ fn knobs_change_what_they_say_and_the_address_repeats_them() {
     page.enter("#shared [data-knob=stiffness]", "1e4");
     page.enter("#shared [data-knob=step]", "0.001");
     page.wait_until("decodeURIComponent(location.hash).includes('step=0.001')");
-    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    page.wait_for_the_end();
     page.wait_until(
         "[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent === 'stable')",
     );
@@ -192,7 +191,9 @@ fn knobs_change_what_they_say_and_the_address_repeats_them() {
     // The knob of one pane leaves the others.
     page.enter(".pane:nth-child(2) [data-knob=particles]", "5");
     page.wait_until("location.hash.match(/particles/g)?.length === 1");
-    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    page.wait_for_the_end();
+    let said =
+        page.value("document.querySelectorAll('.pane')[1].querySelectorAll('dd')[6].textContent");
     page.click(".pane:nth-child(2) .head button");
     page.wait_until("document.getElementById('repeat').open");
     let command = page.value("document.getElementById('command').textContent");
@@ -205,12 +206,10 @@ fn knobs_change_what_they_say_and_the_address_repeats_them() {
     let hash = page.value("location.hash");
     let link = format!("{address}{}", hash.as_str().unwrap());
     let mut other = Page::open(&chromium, &link, DESK, &[]);
-    other.wait_until("document.getElementById('play')?.textContent === 'Play again'");
+    other.wait_for_the_end();
     assert_eq!(other.value("location.hash"), hash);
     let again = "document.querySelectorAll('.pane')[1].querySelectorAll('dd')[6].textContent";
-    // The last numbers of a run come after its last picture.
-    let said = page.value(again);
-    other.wait_until(&format!("{again} === {said}"));
+    assert_eq!(other.value(again), said);
     assert_eq!(other.verdicts(), page.verdicts());
     let energies = "[...document.querySelectorAll('table')].map((e) => e.innerText).filter((t) => t.includes('total')).join()";
     assert_eq!(other.value(energies), page.value(energies));
@@ -295,7 +294,7 @@ fn a_dropped_mesh_is_shown_and_a_broken_one_says_what_is_wrong() {
         page.wait_until("decodeURIComponent(decodeURIComponent(location.hash)).match(/file:strip.obj/g)?.length === 3");
         page.wait_until(&format!("{MESSAGE}.includes('held by its highest particles')"));
         page.wait_until("[...document.querySelectorAll('[data-knob=scene]')].every((e) => e.value === 'file:strip.obj')");
-        page.wait_until("document.getElementById('play').textContent === 'Play again'");
+        page.wait_for_the_end();
         page.wait_until("[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent !== 'refused')");
         page.click(".pane:nth-child(2) .head button");
         page.wait_until("document.getElementById('repeat').open");
@@ -322,7 +321,7 @@ fn a_dropped_mesh_is_shown_and_a_broken_one_says_what_is_wrong() {
         other.wait_until(&format!("{MESSAGE}.includes('needs the file two.json again')"));
         other.wait_until("document.querySelector('.verdict p:nth-child(2)').textContent.includes('drop it here again')");
         drop_files(&mut other, &[("two.json", scene), ("two.obj", STRIP)]);
-        other.wait_until("document.getElementById('play').textContent === 'Play again'");
+        other.wait_for_the_end();
         other.wait_until("[...document.querySelectorAll('.verdict strong')].every((e) => e.textContent !== 'refused')");
         assert_eq!(other.value("location.hash"), hash);
     }
@@ -432,7 +431,7 @@ fn the_reference_is_laid_over_and_measured() {
     let link = single(&address, "duration=0.2");
     let mut page = Page::open(&chromium, &link, DESK, &[]);
     page.wait_until("document.querySelectorAll('.pane').length === 1");
-    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    page.wait_for_the_end();
     assert_eq!(page.cell("off the reference"), "–");
     let picture = "document.querySelector('canvas.view').toDataURL()";
     let before = page.value(picture);
@@ -546,7 +545,7 @@ fn the_picture_follows_a_cloth_that_falls_far() {
         "pane=scene=hanging-textile-1e4;method=imex-updated;step=0.01;duration=2;stiffness=4e3";
     let mut page = Page::open(&chromium, &format!("{address}#{knobs}"), DESK, &[]);
     page.wait_until("document.querySelectorAll('.pane').length === 1");
-    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    page.wait_for_the_end();
     let edge = "(() => { const c = document.querySelector('canvas.view'); const d = (y) => c.getContext('2d').getImageData(0, y, c.width, 1).data; return [d(0), d(c.height - 1)].every((row) => row.every((v) => v === 0)); })()";
     let look = |page: &mut Page, back: f64| {
         page.value(&format!("{{ const e = document.getElementById('back'); e.value = {back}; e.dispatchEvent(new Event('input')); }}"));
@@ -628,7 +627,7 @@ fn every_text_has_enough_contrast() {
     for scheme in ["light", "dark"] {
         let (address, _) = serve();
         let mut page = Page::open(&chromium, &address, DESK, &[("prefers-color-scheme", scheme)]);
-        page.wait_until("document.getElementById('play')?.textContent === 'Play again'");
+        page.wait_for_the_end();
         page.value("document.querySelectorAll('details').forEach((e) => e.open = true)");
         assert_eq!(page.value(CONTRAST), json!([]), "{scheme}");
     }
@@ -680,7 +679,7 @@ fn a_lesson_opens_by_its_address_and_marks_answers() {
                 json!(kind), json!(said)
             ));
         }
-        page.wait_until("document.getElementById('play').textContent === 'Play again'");
+        page.wait_for_the_end();
         // The energy that the person reads is the answer: it starts with 1 J.
         let total = page.value(
             "[...document.querySelectorAll('.pane')[0].querySelectorAll('tr')].find((e) => e.textContent.startsWith('total')).cells[1].textContent",
@@ -732,7 +731,7 @@ fn the_page_without_a_server_opens_from_the_disk() {
     let address = committed();
     let mut page = Page::open(&chromium, &address, DESK, &[]);
     page.wait_until("document.querySelectorAll('.pane').length === 3");
-    page.wait_until("document.getElementById('play').textContent === 'Play again'");
+    page.wait_for_the_end();
     assert_eq!(page.verdicts(), json!(["diverged", "locked", "stable"]));
     page.wait_until(
         "[...document.querySelectorAll('.pane a')].every((e) => e.href.startsWith('blob:'))",
