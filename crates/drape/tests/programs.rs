@@ -1,7 +1,9 @@
 //! Programs as methods, on the command line.
 
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod common;
 
 use drape_harness::record::{Ending, Run};
 use serde_json::Value;
@@ -169,13 +171,11 @@ fn an_unknown_method_is_refused_before_a_study_begins() {
 /// DRAPE_PROGRAMS=required it fails.
 #[test]
 fn implicit_midpoint_in_python_has_order_two_in_the_study_of_orders() {
-    let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let python = common::python();
     let scipy = Command::new(&python).args(["-c", "import scipy"]).output();
     if !scipy.is_ok_and(|output| output.status.success()) {
         assert_ne!(std::env::var("DRAPE_PROGRAMS").as_deref(), Ok("required"), "no SciPy");
-        // On the terminal, past the capture of tests.
-        let why = format!("SKIPPED: `{python} -c 'import scipy'` fails on this machine\n");
-        std::io::Write::write_all(&mut std::io::stderr().lock(), why.as_bytes()).unwrap();
+        common::skipped(&format!("`{python} -c 'import scipy'` fails on this machine"));
         return;
     }
     let folder = tempfile::tempdir().unwrap();

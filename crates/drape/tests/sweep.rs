@@ -4,17 +4,14 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod common;
+
+use common::{python, skipped};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn script(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep")).join(name)
-}
-
-/// Tells on the terminal, past the capture of tests, what was not tested.
-fn skipped(why: &str) {
-    use std::io::Write as _;
-    writeln!(std::io::stderr().lock(), "SKIPPED: {why}").unwrap();
 }
 
 fn answers(program: &str, arguments: &[&str]) -> bool {
@@ -66,7 +63,7 @@ fn slurm() {
 /// On a server and a worker of its own. `DRAPE_PYTHON` names the Python that has the package.
 #[test]
 fn hyperqueue() {
-    let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let python = python();
     if !answers(&python, &["-c", "import hyperqueue"]) {
         skipped(&format!("`{python} -c 'import hyperqueue'` fails on this machine"));
         return;

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use std::io::Write as _;
+mod common;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -15,17 +16,16 @@ fn run(command: &mut Command) -> Output {
 /// A Python that has these packages: `DRAPE_PYTHON`, or `python3`. Without one the test says that
 /// it is skipped, and fails if `DRAPE_PYTHON_PACKAGES=required`.
 fn python(packages: &str) -> Option<String> {
-    let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let python = common::python();
     let import = format!("import {packages}");
     let found = Command::new(&python).args(["-c", &import]).output();
     if found.is_ok_and(|output| output.status.success()) {
         return Some(python);
     }
-    let said = format!("SKIPPED: `{python} -c '{import}'` fails; name another in DRAPE_PYTHON");
+    let said = format!("`{python} -c '{import}'` fails; name another in DRAPE_PYTHON");
     let is_required = std::env::var("DRAPE_PYTHON_PACKAGES").is_ok_and(|word| word == "required");
     assert!(!is_required, "{said}");
-    // Past the test's capture.
-    writeln!(std::io::stderr().lock(), "{said}").unwrap();
+    common::skipped(&said);
     None
 }
 

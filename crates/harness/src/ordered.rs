@@ -7,7 +7,7 @@ use crate::run::{Moment, Outcome, Progress, Runner, Simulation};
 use crate::tunnel::Tunnels;
 use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, Rule};
-use drape_integrator::{ExplicitNumbers, Implicit, Integrator};
+use drape_integrator::{ExplicitNumbers, Implicit, Integrator, lightest_free_mass};
 use drape_model::{
     Effect, Numbering, Obstacle, State, System, SystemSpec, TimeSpan, Vec3, Violation,
 };
@@ -190,14 +190,11 @@ impl OrderedSimulation {
         crate::stability::round_off(system, work)
     }
 
-    /// Mass of the heaviest free particle over that of the lightest; 1 where none is free.
+    /// Mass of the heaviest free particle over that of the lightest; 0 where none is free.
     pub fn mass_ratio(&self) -> f64 {
         let system = &self.simulation.system;
         let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
-        let bounds = free.fold((f64::INFINITY, 0.0_f64), |(least, most), (mass, _)| {
-            (least.min(*mass), most.max(*mass))
-        });
-        if bounds.1 > 0.0 { bounds.1 / bounds.0 } else { 1.0 }
+        free.fold(0.0, |most: f64, (mass, _)| most.max(*mass)) / lightest_free_mass(system)
     }
 
     /// Number of particles, pins aside, that lie inside an obstacle at the start.

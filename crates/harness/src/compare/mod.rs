@@ -76,7 +76,7 @@ const TIMING_SHARE: f64 = 0.95;
 const PROBES_SHARE: f64 = 0.5;
 /// Share of a film after which a run may be stopped as dominated.
 const EARLY: f64 = 0.1;
-/// Forms that are timed again, and how often, in turns.
+/// Forms that are pushed and timed again, and how often they are timed, in turns.
 const FINALISTS: usize = 6;
 const REPETITIONS: u32 = 5;
 /// How often a form that explodes when pushed is tried with more steps, and by how much more.

@@ -43,9 +43,9 @@ pub(super) struct Trial<'a> {
 pub(in crate::studies::regret) fn timing() -> String {
     let [fewest, most] = TURNS;
     format!(
-        "`drape compare` with its default options and a budget of {} s (its default is 60 s): on the first {LONGEST_S} s \
-         of every bundled scene, on the scenes above with their two targets, and on scenes with \
-         contact, friction, wind and bending by angles on which nothing was tuned either. The target \
+        "`drape compare` with its default options and a budget of {} s (its default is 60 s): \
+         on the first {LONGEST_S} s of every bundled scene, on the scenes above with their two \
+         targets, and on scenes with contact, friction, wind and bending by angles on which nothing was tuned either. The target \
          is a hundredth of the cloth's longest side where no other is named. The search is the same \
          comparison with {} s, which stops a form only once it takes {WIDER} times as long as the \
          best; it is no proof where it could not run all forms to their end. Then runs are timed in \
