@@ -1,4 +1,4 @@
-//! Ctrl-C keeps what was finished, says how to go on, and ends with exit code 130.
+//! Ctrl-C and SIGTERM keep what was finished, say how to go on, and end with exit code 130 and 143.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
@@ -15,16 +15,25 @@ fn drape(arguments: &[&str], out: &Path) -> Child {
 }
 
 /// Presses Ctrl-C once `is_at_work` says so.
-fn interrupted(mut child: Child, is_at_work: impl Fn() -> bool) -> (Output, String) {
+fn interrupted(child: Child, is_at_work: impl Fn() -> bool) -> (Output, String) {
+    ended_by(("-INT", 130), child, is_at_work)
+}
+
+/// Sends a signal once `is_at_work` says so, and checks the exit code.
+fn ended_by(
+    (signal, code): (&str, i32),
+    mut child: Child,
+    is_at_work: impl Fn() -> bool,
+) -> (Output, String) {
     while !is_at_work() {
         assert!(child.try_wait().unwrap().is_none(), "it ended before it could be interrupted");
         std::thread::sleep(Duration::from_millis(2));
     }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(kill.unwrap().success());
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert_eq!(output.status.code(), Some(code), "{said}");
     (output, said)
 }
 
@@ -35,7 +44,8 @@ fn an_interrupted_study_keeps_its_cells_and_the_command_that_it_names_goes_on() 
     let journal = out.join(".unfinished/momentum.journal");
     let arguments = ["experiment", "momentum", "--quick", "--fresh"];
     let cells = || std::fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
-    let (_, said) = interrupted(drape(&arguments, &out), || cells() > 2);
+    // Batch systems send this signal before they kill.
+    let (_, said) = ended_by(("-TERM", 143), drape(&arguments, &out), || cells() > 2);
     let command = format!("drape experiment momentum --quick --out {}", out.display());
     assert!(said.contains("interrupted; finished cells are kept"), "{said}");
     assert!(said.trim_end().ends_with(&command), "{said}");

@@ -81,6 +81,68 @@ fn programs_are_compared_and_one_that_fails_is_named() {
     assert!(refused.contains("`garbage`") && refused.contains("program:./mine.sh"), "{said}");
 }
 
+/// It may take a tenth of the budget for an answer, not the minute that it has in a run.
+#[test]
+fn a_program_that_hangs_does_not_take_the_budget_of_a_comparison() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "sleep 1000");
+    let words = ["compare", "hanging-textile-1e4", "--duration", "0.1", "--budget", "20s"];
+    let methods = ["--methods", "leapfrog,program:./mine.sh", "--out", "out"];
+    let output = drape(folder.path(), &[&words[..], &methods].concat());
+    let (said, told) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(said.contains("leapfrog:"), "{said}");
+    let refused = said.lines().find(|line| line.starts_with("refused ")).unwrap_or_default();
+    assert!(refused.contains("did not answer in a step within 2 s"), "{said}");
+    let facts: Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("out/compare.json")).unwrap())
+            .unwrap();
+    let seconds = facts["seconds"].as_f64().unwrap();
+    assert!(seconds <= 22.0, "{seconds} s of 20 s");
+}
+
+/// What a terminated command leaves behind would run on for ever.
+#[test]
+fn a_program_that_hangs_ends_with_the_command_that_started_it() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "echo $$ > id\nsleep 1000");
+    let words = ["run", "hanging-textile-1e4", "--method", "program:./mine.sh", "--dt", "0.01"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+    let mut child = command.current_dir(folder.path()).args(words).spawn().unwrap();
+    let id = loop {
+        let id = std::fs::read_to_string(folder.path().join("id")).unwrap_or_default();
+        if id.ends_with('\n') {
+            break format!("-{}", id.trim());
+        }
+        assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    };
+    let kill = |signal: &str, id: &str| {
+        let status = Command::new("kill").args([signal, "--", id]).output().unwrap().status;
+        status.success()
+    };
+    assert!(kill("-0", &id), "its process group is there");
+    // The first asks the command to end when the step is done, the second ends it.
+    while child.try_wait().unwrap().is_none() {
+        kill("-TERM", &child.id().to_string());
+        std::thread::sleep(std::time::Duration::from_millis(200));
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    // Who was killed is there until its parent, the first process of the machine, has asked for it.
+    let is_gone = || {
+        let listed = Command::new("ps").args(["-eo", "pgid=,stat="]).output().unwrap();
+        text(&listed.stdout).lines().all(|line| {
+            let (group, stat) = line.trim().split_once(' ').unwrap_or_default();
+            group != &id[1..] || stat.trim().starts_with('Z')
+        })
+    };
+    let begun = std::time::Instant::now();
+    while !is_gone() {
+        assert!(begun.elapsed().as_secs() < 10, "it still runs");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
 /// What was recorded before the failure is kept, one sentence is said, and the exit code is 3.
 #[test]
 fn a_program_that_fails_in_a_run_is_named_and_the_record_is_kept() {

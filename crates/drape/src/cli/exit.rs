@@ -1,6 +1,6 @@
 //! Exit codes.
 
-use crate::cli::interrupt::{INTERRUPTED, Interrupted};
+use crate::cli::interrupt::{Interrupted, exit_code};
 use drape_harness::HarnessError;
 use drape_integrator::{PrepareError, StepError};
 use drape_model::{SceneError, Violation};
@@ -66,7 +66,7 @@ fn classify(error: &anyhow::Error) -> u8 {
         return INCOMPLETE;
     }
     if error.is::<Interrupted>() {
-        return INTERRUPTED;
+        return exit_code();
     }
     let harness = |error: &HarnessError| match error {
         HarnessError::Scene(_)

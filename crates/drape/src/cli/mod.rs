@@ -2,7 +2,7 @@
 //!
 //! Answers go to standard output, messages to standard error, results to files. Exit codes: 0 done,
 //! 1 unexpected failure, 2 bad usage or bad input, 3 the simulation diverged, 4 cells are missing,
-//! 130 interrupted.
+//! 130 interrupted (143 by SIGTERM).
 
 mod cmd;
 mod exit;

@@ -89,6 +89,8 @@ const SPIKE: f64 = 5.0;
 const NEAR: f64 = 2.0;
 /// Greatest share of the budget that may be kept in reserve.
 const MOST_RESERVED: f64 = 0.5;
+/// Share of the budget that a program may take for one answer.
+const MOST_ANSWER: f64 = 0.1;
 
 /// By what runs are ranked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -218,6 +220,8 @@ pub fn resume(
     let memory = Memory::new(journal, options.began);
     let begin = memory.begin();
     check(options)?;
+    // A program that hangs must not take the time of the others.
+    let _limit = crate::methods::programs_answer_within(options.budget.mul_f64(MOST_ANSWER));
     let mut entries = forms::chosen(options.methods.as_deref())?;
     if options.clock == Clock::Modelled && options.methods.is_none() {
         let prices = crate::cost::prices();

@@ -164,6 +164,16 @@ pub(crate) fn identity() -> Vec<String> {
     identity
 }
 
+/// Gives programs at most so long for each answer while the limit lives.
+pub(crate) fn programs_answer_within(limit: std::time::Duration) -> drape_program::AnswerLimit {
+    drape_program::answer_within(limit)
+}
+
+/// Kills all programs that run: for a process that ends at once.
+pub fn kill_programs() {
+    drape_program::kill_all();
+}
+
 /// What programs did wrong in this process, each sentence with how often it came.
 pub fn program_failures() -> Vec<(String, u64)> {
     drape_program::failures()

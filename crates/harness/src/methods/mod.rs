@@ -43,7 +43,8 @@ use drape_integrator::{
 };
 use runs::Runs;
 
-pub use added::{add, are_ours_alone, choose, program_failures, registration};
+pub(crate) use added::programs_answer_within;
+pub use added::{add, are_ours_alone, choose, kill_programs, program_failures, registration};
 pub(crate) use added::{identity, is_added, is_chosen, options};
 
 /// Why a choice of method was refused.

@@ -37,4 +37,5 @@ mod step;
 
 pub use failures::failures;
 pub use message::try_line;
-pub use program::{PREFIX, load};
+pub use process::kill_all;
+pub use program::{AnswerLimit, PREFIX, answer_within, load};

@@ -3,6 +3,9 @@
 use crate::message::Answer;
 use std::time::Duration;
 
+/// Nothing to kill.
+pub fn kill_all() {}
+
 /// No program runs here.
 #[derive(Debug)]
 pub(crate) enum Process {}

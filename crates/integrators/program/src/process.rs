@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Longest line of an answer, bytes.
@@ -20,6 +21,17 @@ const LAST_WORDS: usize = 1 << 10;
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Between two looks at whether it has ended.
 const LOOK: Duration = Duration::from_millis(2);
+
+/// The process groups of the programs that run.
+static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
+
+/// Kills all programs that run, with what they started: for a process that ends at once.
+pub fn kill_all() {
+    for group in RUNNING.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        // The group may be gone already.
+        let _ = kill_process_group(group, Signal::KILL);
+    }
+}
 
 /// A running program. Its process group is killed and waited for when this is dropped.
 #[derive(Debug)]
@@ -60,6 +72,9 @@ impl Process {
             .process_group(0)
             .spawn()
             .map_err(|error| refusal(command, &words[0], &error))?;
+        if let Some(group) = group(&child) {
+            RUNNING.lock().unwrap_or_else(PoisonError::into_inner).push(group);
+        }
         let (input, output, errors) =
             (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let mut process = Self {
@@ -353,7 +368,10 @@ impl Process {
     /// Kills the whole group and waits for the program.
     fn kill(&mut self) {
         self.input = None;
-        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
+        if let Some(group) = group(&self.child) {
+            // Before it is waited for: its number may then be given to another.
+            let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+            running.retain(|other| *other != group);
             // The group may be gone already.
             let _ = kill_process_group(group, Signal::KILL);
         }
@@ -378,6 +396,11 @@ impl Drop for Process {
         }
         self.kill();
     }
+}
+
+/// The group that a program was started in.
+fn group(child: &Child) -> Option<Pid> {
+    i32::try_from(child.id()).ok().and_then(Pid::from_raw)
 }
 
 /// Whether a pipe only has to be tried again.

@@ -6,7 +6,7 @@ use crate::process::Process;
 use crate::step::Session;
 use drape_integrator::{Integrator, Method, Registration, SettingError, Settings, Stepper};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 /// How the id of a program begins; the command follows.
@@ -16,6 +16,36 @@ pub const PREFIX: &str = "program:";
 const FIRST_HELLO: Duration = Duration::from_secs(60);
 /// A program that was killed so often because it hung is not started again.
 const MOST_HANGS: u32 = 3;
+
+/// Milliseconds that no answer may exceed in this process, whatever the settings say.
+static MOST_WAIT: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// While it lives, no answer may take longer than it was told.
+#[derive(Debug)]
+#[must_use = "the limit holds while it lives"]
+pub struct AnswerLimit {
+    /// The limit before, ms.
+    before: u64,
+}
+
+/// Gives programs at most so long for each answer in runs that are begun from now on, whatever
+/// `start_timeout` and `step_timeout` say: for whoever has to end in time. The first greeting is
+/// not limited.
+pub fn answer_within(limit: Duration) -> AnswerLimit {
+    let limit = u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
+    AnswerLimit { before: MOST_WAIT.swap(limit.max(1), Ordering::Relaxed) }
+}
+
+impl Drop for AnswerLimit {
+    fn drop(&mut self) {
+        MOST_WAIT.store(self.before, Ordering::Relaxed);
+    }
+}
+
+/// A limit of the settings, and that of [`answer_within`].
+fn at_most(limit: Duration) -> Duration {
+    limit.min(Duration::from_millis(MOST_WAIT.load(Ordering::Relaxed)))
+}
 
 /// A program that has said hello.
 #[derive(Debug)]
@@ -112,7 +142,7 @@ fn build(settings: &Settings) -> Result<Box<dyn Integrator>, SettingError> {
         known: "programs that were loaded".to_owned(),
     })?;
     let seconds = |key| Duration::from_secs_f64(settings.number(key));
-    let (start, step) = (seconds("start_timeout"), seconds("step_timeout"));
+    let (start, step) = (at_most(seconds("start_timeout")), at_most(seconds("step_timeout")));
     Ok(Box::new(Stepper::<Session>::new(ProgramSettings { program, start, step })))
 }
 
