@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use drape_harness::record::Run;
+use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
@@ -58,21 +59,134 @@ fn a_method_of_ones_own_has_the_commands() {
     assert!(output_of("write_a_method", &["list", "methods"]).contains("\nmy-midpoint\n"));
 }
 
+/// A comparison weighs it against ours, and its page has a row of it.
 #[test]
-fn a_method_of_ones_own_has_the_studies() {
+fn a_method_of_ones_own_is_compared() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().display().to_string();
+    let scene = ["compare", "hanging-textile-1e4", "--duration", "0.1", "--budget", "60s"];
+    let more = ["--methods", "leapfrog,my-midpoint", "--out", &out];
+    let said = output_of("write_a_method", &[&scene[..], &more].concat());
+    assert!(said.contains("\ntake "), "{said}");
+    let facts = facts(folder.path(), "compare");
+    let forms = facts["forms"].as_array().unwrap();
+    let place = forms.iter().position(|form| form["label"] == "my-midpoint").unwrap();
+    assert_eq!(forms[place]["end"], "good", "{}", forms[place]);
+    let runs = rows(&facts, "runs", "form", place);
+    assert!(runs.iter().any(|run| run["verdict"] == "stable"), "{runs:?}");
+    let page = std::fs::read_to_string(folder.path().join("compare.html")).unwrap();
+    assert!(page.contains(">my-midpoint</td>"));
+}
+
+/// The facts of a record in a folder.
+fn facts(folder: &Path, name: &str) -> Value {
+    let record = std::fs::read_to_string(folder.join(name).with_extension("json")).unwrap();
+    serde_json::from_str::<Value>(&record).unwrap()["facts"].take()
+}
+
+/// The rows of facts that name this method, or whatever else the key stands for.
+fn rows<'a, V>(facts: &'a Value, list: &str, key: &str, named: V) -> Vec<&'a Value>
+where
+    Value: PartialEq<V>,
+{
+    facts[list].as_array().unwrap().iter().filter(|row| row[key] == named).collect()
+}
+
+/// The rows of the example's method in a study, which it computes beside `midpoint`. What theory says
+/// of the one holds for the other: rows of the same setting have the same verdict.
+fn rows_beside_ours(folder: &Path, study: &str, list: &str, key: &str) -> Vec<Value> {
+    let out = folder.display().to_string();
+    let arguments = ["experiment", study, "--quick", "--methods", "my-midpoint,midpoint"];
+    output_of("write_a_method", &[&arguments[..], &["--out", &out]].concat());
+    let facts = facts(folder, study);
+    let (own, ours) = (rows(&facts, list, key, "my-midpoint"), rows(&facts, list, key, "midpoint"));
+    let settings = ["scene", "case", "is_damped", "stiffness_over_mass_per_s2", "step_s"];
+    for row in &own {
+        let is_same = |other: &&&Value| settings.iter().all(|name| row[name] == other[name]);
+        let other = ours.iter().find(is_same).unwrap_or_else(|| panic!("{study}: no other {row}"));
+        assert_eq!(row["verdict"], other["verdict"], "{study}: {row}");
+    }
+    own.into_iter().cloned().collect()
+}
+
+fn float(row: &Value, name: &str) -> f64 {
+    row[name].as_f64().unwrap_or_else(|| panic!("no number `{name}` in {row}"))
+}
+
+/// What theory says of implicit midpoint is what the studies find of the example's, with no edit of
+/// ours, and the pages show its rows.
+#[test]
+fn a_method_of_ones_own_has_the_studies_and_the_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let out = folder.display().to_string();
     let arguments = ["experiment", "order", "--quick", "--methods", "my-midpoint", "--out", &out];
     output_of("write_a_method", &arguments);
-    let record = std::fs::read_to_string(folder.path().join("order.json")).unwrap();
-    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
-    let rows = record["facts"]["rows"].as_array().unwrap();
-    assert!(rows.iter().all(|row| row["label"] == "my-midpoint"), "{rows:?}");
-    let smooth = rows.iter().find(|row| row["scene"] == "smooth").unwrap();
+    let record = std::fs::read_to_string(folder.join("order.json")).unwrap();
+    let record: Value = serde_json::from_str(&record).unwrap();
+    let orders = record["facts"]["rows"].as_array().unwrap();
+    assert!(orders.iter().all(|row| row["label"] == "my-midpoint"), "{orders:?}");
+    let smooth = orders.iter().find(|row| row["scene"] == "smooth").unwrap();
     assert_eq!(smooth["accepted"], true);
-    assert!((smooth["order"].as_f64().unwrap() - 2.0).abs() < 0.01, "{smooth}");
+    assert!((float(smooth, "order") - 2.0).abs() < 0.01, "{smooth}");
     assert_eq!(record["command"], "drape experiment order --quick --methods my-midpoint");
-    assert!(folder.path().join("report.html").is_file());
+
+    // It is A-stable on linear problems: at h² k/m = 10 and 100, where every explicit method has
+    // long failed, the hanging sheet gains no energy. At larger steps the sheet is not linear.
+    let cells = rows_beside_ours(folder, "stability", "cells", "label");
+    let is_held = |cell: &&Value| float(cell, "step_s") < 0.11;
+    let held: Vec<_> = cells.iter().filter(is_held).collect();
+    assert_eq!((cells.len(), held.len()), (4, 2), "{cells:?}");
+    for cell in held {
+        let squared = float(cell, "step_s").powi(2) * float(cell, "stiffness_over_mass_per_s2");
+        assert!(squared > 9.9, "{cell}");
+        assert!(cell["verdict"] == "stable" && float(cell, "gain") < 1e-9, "{cell}");
+    }
+
+    // It keeps momentum and spin to rounding.
+    let drifts = rows_beside_ours(folder, "momentum", "rows", "label");
+    assert_eq!(drifts.len(), 3, "{drifts:?}");
+    for row in &drifts {
+        assert!(row["states_momentum"] == true && row["verdict"] == "completed", "{row}");
+        assert!(float(row, "momentum_drift") < 1e-12, "{row}");
+        assert!(float(row, "angular_momentum_drift") < 1e-12, "{row}");
+        assert!((float(row, "final_spin") - 1.0).abs() < 1e-10, "{row}");
+    }
+
+    // It is symplectic: without damping the energy stays near its start, with damping it only falls.
+    // It refuses contact, so the spinning sheet is the one scene for it.
+    let energies = rows_beside_ours(folder, "energy", "rows", "label");
+    assert_eq!(energies.len(), 2, "{energies:?}");
+    for row in &energies {
+        assert_eq!(row["verdict"], "stable", "{row}");
+        let (drift, gain) = (float(row, "drift"), float(row, "gain"));
+        if row["scene"] == "spinning-1e4 undamped" {
+            assert!(drift.abs() < 1e-3 && gain < 1e-3, "{row}");
+        } else {
+            assert!(drift < -0.99 && gain < 1e-9, "{row}");
+        }
+    }
+
+    // Nothing is known of it beforehand but what holds for every method.
+    let cases = rows_beside_ours(folder, "hard-cases", "cells", "method");
+    assert_eq!(cases.len(), 6, "{cases:?}");
+    for cell in &cases {
+        assert_eq!(cell["differs"], false, "{cell}");
+        let is_known = cell["case"].as_str().unwrap().starts_with("H17");
+        assert_eq!(cell["expected"], if is_known { "stable" } else { "no theorem" }, "{cell}");
+        assert!(!is_known || cell["verdict"] == "stable", "{cell}");
+    }
+
+    // The pages are drawn from the records alone, each part with rows of the method.
+    let page = folder.join("report.html");
+    std::fs::remove_file(&page).unwrap();
+    output_of("write_a_method", &["report", &out]);
+    let page = std::fs::read_to_string(page).unwrap();
+    for study in ["order", "stability", "momentum", "energy", "hard-cases"] {
+        let (_, part) = page.split_once(&format!("<h3 id=\"{study}-heading\"")).unwrap();
+        let part = part.split("<h3 id=\"").next().unwrap();
+        assert!(part.contains(">my-midpoint</td>"), "{study}");
+    }
 }
 
 #[test]

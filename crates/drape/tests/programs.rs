@@ -23,12 +23,17 @@ fn text(bytes: &[u8]) -> String {
 
 /// Writes `mine.sh`, which answers steps as told; `$steps` counts them.
 fn write(folder: &Path, step: &str) {
-    let path = folder.join("mine.sh");
     let script = format!(
         "#!/bin/sh\nsteps=0\nwhile read -r line; do\ncase \"$line\" in\n*hello*) echo '{HELLO}';;\n\
          *'\"step\"'*) steps=$((steps + 1))\n{step}\n;;\n\
          *) echo '{{\"ok\":true}}';;\nesac\ndone\n"
     );
+    write_script(folder, &script);
+}
+
+/// Writes `mine.sh` as it stands.
+fn write_script(folder: &Path, script: &str) {
+    let path = folder.join("mine.sh");
     std::fs::write(&path, script).unwrap();
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
 }
@@ -97,7 +102,7 @@ fn a_program_that_hangs_does_not_take_the_budget_of_a_comparison() {
     let facts: Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("out/compare.json")).unwrap())
             .unwrap();
-    let seconds = facts["seconds"].as_f64().unwrap();
+    let seconds = facts["facts"]["seconds"].as_f64().unwrap();
     assert!(seconds <= 22.0, "{seconds} s of 20 s");
 }
 
@@ -170,6 +175,8 @@ fn a_program_that_fails_in_a_run_is_named_and_the_record_is_kept() {
         let last = said.lines().last().unwrap();
         assert!(last.starts_with("drape: program:./mine.sh "), "{said}");
         assert!(last.contains(expected), "{said}");
+        let all = format!("{}{said}", text(&output.stdout));
+        assert_eq!(all.matches(expected).count(), 1, "{all}");
         assert!(!said.contains("panicked"), "{said}");
         let run = record(folder.path());
         assert!(matches!(run.ending, Ending::Diverged { step: 3, .. }), "{:?}", run.ending);
@@ -253,4 +260,91 @@ fn implicit_midpoint_in_python_has_order_two_in_the_study_of_orders() {
     let smooth = rows.iter().find(|row| row["scene"] == "smooth").unwrap();
     let order = smooth["order"].as_f64().unwrap();
     assert!((order - 2.0).abs() < 0.005, "order {order}");
+}
+
+/// A program has what a method in Rust has: every study has its rows, which say what theory says of
+/// symplectic Euler, and the pages show them. It needs Python alone; without it the test says that
+/// it was skipped, and with DRAPE_PROGRAMS=required it fails.
+#[test]
+fn symplectic_euler_in_python_has_the_studies_the_comparison_and_the_pages() {
+    let python = common::python();
+    let answer = Command::new(&python).arg("--version").output();
+    if !answer.is_ok_and(|output| output.status.success()) {
+        assert_ne!(std::env::var("DRAPE_PROGRAMS").as_deref(), Ok("required"), "no Python");
+        common::skipped(&format!("`{python} --version` fails on this machine"));
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/methods/symplectic_euler.py");
+    write_script(folder.path(), &format!("#!/bin/sh\nexec '{python}' -B '{script}'\n"));
+    let facts = |arguments: &[&str], record: &str| {
+        let output = drape(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+        let record = std::fs::read_to_string(folder.path().join(record)).unwrap();
+        serde_json::from_str::<Value>(&record).unwrap()["facts"].take()
+    };
+    let study = |name: &str, list: &str| {
+        let words = ["experiment", name, "--quick", "--methods", "program:./mine.sh"];
+        let arguments = [&words[..], &["--out", "mine"]].concat();
+        let rows = facts(&arguments, &format!("mine/{name}.json"))[list].take();
+        let rows = rows.as_array().unwrap().clone();
+        for row in &rows {
+            let named = [&row["label"], &row["method"]];
+            assert!(named.iter().any(|name| **name == "program:./mine.sh"), "{name}: {row}");
+        }
+        rows
+    };
+    let float = |row: &Value, name: &str| {
+        row[name].as_f64().unwrap_or_else(|| panic!("no number `{name}` in {row}"))
+    };
+
+    let orders = study("order", "rows");
+    let smooth = orders.iter().find(|row| row["scene"] == "smooth").unwrap();
+    assert!((float(smooth, "order") - 1.0).abs() < 0.005, "{smooth}");
+
+    // A sheet bears h² k/m up to about a half, and these steps begin at 10.
+    let cells = study("stability", "cells");
+    assert_eq!(cells.len(), 4, "{cells:?}");
+    for cell in &cells {
+        assert_eq!(cell["verdict"], "diverged", "{cell}");
+    }
+
+    // It keeps momentum and spin to rounding.
+    let drifts = study("momentum", "rows");
+    assert_eq!(drifts.len(), 3, "{drifts:?}");
+    for row in &drifts {
+        assert_eq!(row["verdict"], "completed", "{row}");
+        assert!(float(row, "momentum_drift") < 1e-12, "{row}");
+        assert!(float(row, "angular_momentum_drift") < 1e-12, "{row}");
+    }
+
+    // It announces no contact, so the spinning sheet is the one scene for it.
+    let energies = study("energy", "rows");
+    assert_eq!(energies.len(), 2, "{energies:?}");
+    for row in &energies {
+        assert!(row["verdict"] == "stable" && float(row, "gain") < 1e-3, "{row}");
+    }
+
+    let cases = study("hard-cases", "cells");
+    assert_eq!(cases.len(), 6, "{cases:?}");
+    for cell in &cases {
+        let is_still = cell["case"].as_str().unwrap().starts_with("H17");
+        assert_eq!(cell["differs"], false, "{cell}");
+        assert_eq!(cell["verdict"], if is_still { "stable" } else { "diverged" }, "{cell}");
+    }
+
+    let page = std::fs::read_to_string(folder.path().join("mine/report.html")).unwrap();
+    let page = page.replace("&#x2f;", "/");
+    for study in ["order", "stability", "momentum", "energy", "hard-cases"] {
+        let (_, part) = page.split_once(&format!("<h3 id=\"{study}-heading\"")).unwrap();
+        let part = part.split("<h3 id=\"").next().unwrap();
+        assert!(part.contains(">program:./mine.sh</td>"), "{study}");
+    }
+
+    let words = ["compare", "hanging-textile-1e4", "--duration", "0.1", "--budget", "60s"];
+    let methods = ["--methods", "leapfrog,program:./mine.sh", "--out", "compared"];
+    let facts = facts(&[&words[..], &methods].concat(), "compared/compare.json");
+    let mut forms = facts["forms"].as_array().unwrap().iter();
+    let form = forms.find(|form| form["method"] == "program:./mine.sh").unwrap();
+    assert_eq!(form["end"], "good", "{form}");
 }

@@ -392,6 +392,10 @@ impl<'a> Stage<'a> {
             return told(Foreseen::Stable, None, "within its limit".to_owned());
         }
         match self.lever(implicit_springs(choice)) {
+            // Why nothing is foreseen is a line of its own, as far as it concerns all springs.
+            Err(reason) if self.levers[0].err() == Some(reason) => {
+                told(Foreseen::Stable, None, "no mode of the springs grows".to_owned())
+            }
             Err(reason) => told(
                 Foreseen::Stable,
                 None,

@@ -1,6 +1,6 @@
 //! The Python package, as `cargo test` has built it. `DRAPE_PYTHON` names a Python with NumPy, and
-//! for some tests with mypy, matplotlib and maturin; a test that finds none says that it was
-//! skipped.
+//! for some tests with mypy, matplotlib and, where pip reaches no index, maturin; a test that finds
+//! none says that it was skipped.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
@@ -85,39 +85,79 @@ case " $* " in
 esac
 "#;
 
-/// `pip install` packs it by maturin, and what it installs can be imported.
+/// `pip install` of the checkout into a fresh virtual environment, as the README says, and all checks
+/// of `check.py` there. pip fetches NumPy and maturin from its index; maturin packs what `cargo test`
+/// has built, because a `cargo` of ours stands before it. Where pip reaches no index, NumPy and
+/// maturin are those of the Python outside, which the test tells.
 #[test]
-fn pip_installs_it_from_the_checkout() {
-    let Some(python) = python("numpy, maturin, pip") else { return };
+fn pip_installs_it_from_the_checkout_into_a_fresh_environment() {
+    let Some(outside) = python("ensurepip, venv") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let cargo = folder.path().join("bin/cargo");
-    std::fs::create_dir(folder.path().join("bin")).unwrap();
+    let place = |name: &str| folder.path().join(name);
+    run(Command::new(&outside).args(["-m", "venv"]).arg(place("env")));
+    // Of packages it sees those of the environment alone.
+    let inside = |words: &[&str]| {
+        let mut command = Command::new(place("env/bin/python"));
+        command.args(words).env_remove("PYTHONPATH").current_dir(folder.path());
+        command
+    };
+    let fetch = ["-m", "pip", "download", "-q", "--no-deps", "--retries", "1", "--timeout", "30"];
+    let mut fetch = inside(&fetch);
+    fetch.args(["--dest", "wheels", "numpy>=1.24", "maturin>=1.9,<2"]);
+    let is_fetched = fetch.output().unwrap().status.success();
+
+    let mut install = inside(&["-m", "pip", "install", "-q"]);
+    let mut path = vec![place("bin")];
+    if !is_fetched {
+        let said =
+            "SKIPPED: pip reaches no index, so nobody checked that it fetches NumPy and maturin";
+        // Past the test's capture.
+        writeln!(std::io::stderr().lock(), "{said}").unwrap();
+        let Some(outside) = python("numpy, maturin") else { return };
+        let script = "import maturin, numpy, os, sysconfig\n\
+                      print(sysconfig.get_path('scripts'))\n\
+                      for module in (maturin, numpy):\n    \
+                      print(os.path.dirname(os.path.dirname(module.__file__)))";
+        let folders = run(Command::new(outside).args(["-c", script]));
+        let (scripts, packages) = folders.split_once('\n').unwrap();
+        path.push(scripts.into());
+        let site =
+            run(&mut inside(&["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]));
+        std::fs::write(Path::new(site.trim()).join("outside.pth"), packages).unwrap();
+        install.args(["--no-build-isolation", "--no-deps"]);
+    }
+    let cargo = place("bin/cargo");
+    std::fs::create_dir(place("bin")).unwrap();
     std::fs::write(&cargo, CARGO).unwrap();
     std::fs::set_permissions(&cargo, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let beside = Path::new(&python).parent().unwrap().to_owned();
     let before = std::env::var_os("PATH").unwrap_or_default();
-    let before = std::env::split_paths(&before).collect::<Vec<_>>();
-    let path = [vec![folder.path().join("bin"), beside], before].concat();
-    let site = folder.path().join("site");
-    let pip = ["-m", "pip", "install", "-q", "--no-build-isolation", "--no-deps", "--target"];
-    let mut install = Command::new(&python);
-    install.args(pip).arg(&site).arg(HERE).env("PATH", std::env::join_paths(path).unwrap());
+    path.extend(std::env::split_paths(&before));
+    install.arg(HERE).env("PATH", std::env::join_paths(path).unwrap());
     install.env("CARGO", &cargo).env("CARGO_ITSELF", env!("CARGO")).env("HERE", HERE);
     // maturin moves what it is given, and other tests need it.
-    let library = folder.path().join("lib_drape.so");
+    let library = place("lib_drape.so");
     std::fs::copy(built(&["lib_drape.so", "lib_drape.dylib"]), &library).unwrap();
     install.env("LIBRARY", &library);
     run(install.env("VERSION", env!("CARGO_PKG_VERSION")));
-    for name in ["__init__.py", "_drape.abi3.so", "_drape.pyi", "py.typed"] {
-        assert!(site.join("drape").join(name).is_file(), "{name}");
-    }
-    let script = "import drape, importlib.metadata as m\n\
-                  scene = drape.Scene.load('hanging-textile-1e4')\n\
-                  run = drape.run(scene, 'leapfrog', duration=0.01)\n\
-                  print(drape.__version__, m.version('drape'), run.steps, m.requires('drape'))";
-    let said = run(Command::new(&python).args(["-c", script]).env("PYTHONPATH", &site));
+
+    let script = "import drape, importlib.metadata as m, numpy, pathlib, sys\n\
+                  own = lambda module: pathlib.Path(module.__file__).is_relative_to(sys.prefix)\n\
+                  print(drape.__version__, m.version('drape'), m.requires('drape'))\n\
+                  print(own(drape), own(numpy))\n\
+                  print(pathlib.Path(drape.__file__).parent)";
+    let said = run(&mut inside(&["-c", script]));
+    let [versions, owned, package] = said.lines().collect::<Vec<_>>()[..] else {
+        panic!("{said}");
+    };
     let version = env!("CARGO_PKG_VERSION");
-    assert_eq!(said.trim(), format!("{version} {version} 1 ['numpy>=1.24']"));
+    assert_eq!(versions, format!("{version} {version} ['numpy>=1.24']"));
+    assert_eq!(owned, if is_fetched { "True True" } else { "True False" });
+    for name in ["__init__.py", "_drape.abi3.so", "_drape.pyi", "py.typed"] {
+        assert!(Path::new(package).join(name).is_file(), "{name}");
+    }
+    let checks =
+        run(inside(&["-B"]).arg(Path::new(HERE).join("tests/check.py")).arg(built(&["drape"])));
+    assert_eq!(checks.lines().count(), 8, "{checks}");
 }
 
 /// The stubs say what the module has, and the example is typed.

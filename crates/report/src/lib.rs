@@ -26,7 +26,7 @@ pub use tell::{printable, tell};
 pub use verdict::Verdict;
 
 use file::{read_json, write_atomically};
-use page::{Outline, Section, Table};
+use page::{Head, Outline, Section, Table};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -70,7 +70,7 @@ pub fn write(
     if sections.is_empty() {
         return Err(ReportError::NoRecords { folder: results.to_owned() });
     }
-    let report = page::report(sections, outline, first.as_ref(), &files)?;
+    let report = page::report(sections, outline, (page::ALL, first.as_ref()), &files)?;
     files.push(("report.html".to_owned(), Content::Text(report)));
     files.push(("README.md".to_owned(), Content::Text(page::index(sections, outline)?)));
     files
@@ -88,11 +88,12 @@ pub fn write(
 /// # Errors
 /// [`ReportError`] when the page cannot be filled.
 pub fn one_page(
+    head: Head<'_>,
     sections: &[Section],
     outline: &Outline,
     files: &Files,
 ) -> Result<String, ReportError> {
-    page::report(sections, outline, None, files)
+    page::report(sections, outline, (head, None), files)
 }
 
 /// The record of a study, or `None` when there is no such file.

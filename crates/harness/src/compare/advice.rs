@@ -1,6 +1,6 @@
 //! What a record advises, in a few lines.
 
-use super::facts::{End, Facts, Form, Run, TIE, Truth};
+use super::facts::{End, Facts, Form, Run, Scene, TIE, Truth};
 use drape_report::number::significant;
 use drape_report::printable;
 
@@ -31,6 +31,9 @@ pub struct Advice {
     pub slower: Vec<String>,
     /// The same for forms that no number of steps brought within the target.
     pub missed: Vec<String>,
+    /// Forms that meet the target by a run of which most steps stopped before their tolerance: without
+    /// a true motion such runs agree with themselves, whatever they err.
+    pub doubtful: Vec<String>,
     /// Where none meets the target: the sound run that errs least.
     pub closest: Option<Pick>,
     /// Forms that gained energy, with the most steps a frame at which they did.
@@ -45,8 +48,9 @@ pub struct Advice {
     pub other_targets: Vec<(f64, usize)>,
 }
 
-/// The cheapest run of each form that meets a target, m, the cheapest first.
-pub(super) fn ranking(target_m: f64, truth: &Truth, runs: &[Run]) -> Vec<usize> {
+/// The cheapest run of each form that meets a target, m, the cheapest first. Without a true motion,
+/// runs of which most steps stopped before their tolerance count only where there are no others.
+pub(super) fn ranking(target_m: f64, (scene, truth): (&Scene, &Truth), runs: &[Run]) -> Vec<usize> {
     let good = truth.good_m(target_m);
     let mut best: Vec<usize> = Vec::new();
     for (n, run) in runs.iter().enumerate().filter(|(_, run)| run.meets(good)) {
@@ -56,14 +60,18 @@ pub(super) fn ranking(target_m: f64, truth: &Truth, runs: &[Run]) -> Vec<usize> 
             None => best.push(n),
         }
     }
+    let is_firm = |n: &usize| truth.is_trusted || !runs[*n].is_rough(scene.frames);
+    if best.iter().any(is_firm) {
+        best.retain(is_firm);
+    }
     best.sort_by(|a, b| runs[*a].frame_s.total_cmp(&runs[*b].frame_s));
     best
 }
 
 /// Reads the advice from a record.
 pub fn advise(facts: &Facts) -> Advice {
-    let Facts { runs, truth, .. } = facts;
-    let ranked = ranking(facts.scene.target_m, truth, runs);
+    let Facts { scene, runs, truth, .. } = facts;
+    let ranked = ranking(scene.target_m, (scene, truth), runs);
     let least = ranked.first().map_or(f64::NAN, |&n| runs[n].frame_s);
     let pick = |&run: &usize| Pick { run, times: runs[run].frame_s / least };
     let picks: Vec<Pick> = ranked.iter().map(pick).collect();
@@ -85,10 +93,18 @@ pub fn advise(facts: &Facts) -> Advice {
     let refused = |form: &Form| Some((form.label.clone(), form.refusal.clone()?));
     let (explodes, fragile) = (failed(&Run::explodes), failed(&Run::is_fragile));
     let locks = failed(&|run| run.verdict == drape_report::Verdict::Locked);
+    let is_left_out = |(form, _): &(usize, &Form)| {
+        let ranks = |n: &usize| runs[*n].form == *form;
+        let good = facts.good_m();
+        !ranked.iter().any(ranks) && runs.iter().any(|run| run.form == *form && run.meets(good))
+    };
+    let left_out = facts.forms.iter().enumerate().filter(is_left_out);
+    let doubtful: Vec<String> = left_out.map(|(_, form)| form.label.clone()).collect();
     let (take, runner_up) = (picks.first().copied(), slower.first().copied());
     let closest = closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 });
     let mut told: Vec<&str> =
         explodes.iter().chain(&fragile).chain(&locks).map(|(label, _)| label.as_str()).collect();
+    told.extend(doubtful.iter().map(String::as_str));
     let named = take.iter().chain(&ties).chain(&runner_up).chain(&closest);
     told.extend(named.map(|pick| facts.form_of(&runs[pick.run]).label.as_str()));
     let ended = |ends: &[End]| -> Vec<String> {
@@ -97,8 +113,8 @@ pub fn advise(facts: &Facts) -> Advice {
         labels.map(str::to_owned).collect()
     };
     let other = |factor: f64| {
-        let target = factor * facts.scene.target_m;
-        let first = *ranking(target, truth, runs).first()?;
+        let target = factor * scene.target_m;
+        let first = *ranking(target, (scene, truth), runs).first()?;
         let is_other = ranked.first().is_none_or(|&now| runs[now].form != runs[first].form);
         (truth.good_m(target) != facts.good_m() && is_other).then_some((target, first))
     };
@@ -108,6 +124,7 @@ pub fn advise(facts: &Facts) -> Advice {
         slower: ended(&[End::Good, End::Dominated]),
         missed: ended(&[End::Exhausted]),
         ties,
+        doubtful,
         closest,
         explodes,
         fragile,
@@ -240,6 +257,11 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
     for (first, later, forms) in [
         ("slower", "Slower", &advice.slower),
         ("never within the target", "Never within the target", &advice.missed),
+        (
+            "most steps short of their tolerance",
+            "Most steps short of their tolerance",
+            &advice.doubtful,
+        ),
     ] {
         if !forms.is_empty() {
             let word = if behind.is_empty() { first } else { later };
@@ -285,7 +307,9 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
     if left > 0 {
         changes.push(format!("a longer --budget: {left} forms were not run to their end"));
     }
-    if changes.is_empty() {
+    if !truth.is_trusted {
+        changes.push("the true motion, which was not found".to_owned());
+    } else if changes.is_empty() {
         changes.push("no target four times as hard or easy, among the runs made".to_owned());
     }
     told("changes it", changes.join("; "));

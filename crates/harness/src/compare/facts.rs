@@ -203,6 +203,12 @@ impl Run {
         self.holds_when_pushed == Some(false)
     }
 
+    /// Whether more than half of its steps stopped before the tolerance of their solver, in so many
+    /// frames.
+    pub fn is_rough(&self, frames: u32) -> bool {
+        2 * self.unconverged_steps > u64::from(frames) * u64::from(self.substeps)
+    }
+
     /// Whether it gained energy or left the scene.
     pub fn explodes(&self) -> bool {
         matches!(self.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)

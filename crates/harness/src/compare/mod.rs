@@ -60,7 +60,7 @@ use facts::{End, Facts, Form, Metric, Run};
 use forms::Entry;
 use memory::{Memory, Ran};
 use pace::Pace;
-use race::{Entrant, Lap, Track, race};
+use race::{Entrant, Lap, Limits, Track, race};
 use stage::Stage;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -334,7 +334,7 @@ fn held(
     let memory = Memory::new(&journal, None);
     let mut course = Course::new((stage, &entries), found, memory, deadline, &|_, _| ());
     course.clock = clock;
-    let lap = course.lap(0, substeps, f64::INFINITY)?;
+    let lap = course.lap(0, substeps, Limits::NONE)?;
     if lap.end == Some(End::OutOfTime) {
         return Ok(Checked::NotMeasured);
     }
@@ -554,7 +554,7 @@ impl<'a> Course<'a> {
             self.best = Some(Best { form, frame_s, clock });
         }
         self.runs.push(run);
-        Lap { frame_s, is_good, end }
+        Lap { frame_s, is_good, end, is_late: false }
     }
 
     /// Distance of a film from the true motion, or from the run before, m.
@@ -576,7 +576,8 @@ impl<'a> Course<'a> {
 
     /// The runs that may be advised, the fastest first.
     fn finalists(&self) -> Vec<usize> {
-        let mut finalists = advice::ranking(self.stage.scene.target_m, self.truth, &self.runs);
+        let mut finalists =
+            advice::ranking(self.stage.scene.target_m, (&self.stage.scene, self.truth), &self.runs);
         let least = finalists.first().map_or(0.0, |&n| self.runs[n].frame_s);
         finalists.retain(|&n| self.runs[n].frame_s <= NEAR * least);
         finalists.truncate(FINALISTS);
@@ -598,7 +599,7 @@ impl<'a> Course<'a> {
             let frame_s = self.runs[n].frame_s * f64::from(more) / f64::from(substeps);
             let is_made = self.runs.iter().any(|run| (run.form, run.substeps) == (form, more));
             if !is_made && self.has_time(form, more, frame_s) {
-                self.lap(form, more, f64::INFINITY)?;
+                self.lap(form, more, Limits::NONE)?;
             }
         }
         Ok(())
@@ -666,7 +667,7 @@ impl<'a> Course<'a> {
 }
 
 impl Track for Course<'_> {
-    fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
+    fn lap(&mut self, form: usize, substeps: u32, limits: Limits) -> Result<Lap, HarnessError> {
         let entries = self.entries;
         let choice: &Choice = &entries[form].choice;
         if let Some(ran) = self.memory.run(&choice.full_id(), substeps, self.truth) {
@@ -683,7 +684,8 @@ impl Track for Course<'_> {
         let mut spent = 0.0;
         let mut check = self.stage.motion_check(choice, substeps);
         let deadline = self.deadline;
-        let ratio = best.as_ref().map_or(f64::INFINITY, |best| most / best.frame_s);
+        let ratio = best.as_ref().map_or(f64::INFINITY, |best| limits.most / best.frame_s);
+        let mut is_late = false;
         let stop = |moment: &Moment<'_>| {
             spent = pace.seconds(moment);
             check.look(moment);
@@ -699,7 +701,8 @@ impl Track for Course<'_> {
             if reason.is_none() && deadline.is_over() {
                 reason = Some(End::OutOfTime);
             }
-            reason.is_some()
+            is_late = reason.is_none() && spent > limits.late * f64::from(frames);
+            reason.is_some() || is_late
         };
         let film = self.stage.film(choice, substeps, 0, stop);
         self.best = best;
@@ -707,16 +710,20 @@ impl Track for Course<'_> {
             Ok(film) => film,
             Err(error) => {
                 self.refusals[form] = Some(refusal(error)?);
-                return Ok(Lap { frame_s: 0.0, is_good: false, end: Some(End::Refused) });
+                return Ok(Lap::refused());
             }
         };
         let outcome = &counts.outcome;
+        let step_s = spent / outcome.steps.max(1) as f64;
+        if is_late && outcome.is_over_budget {
+            let frame_s = step_s * f64::from(substeps);
+            return Ok(Lap { frame_s, is_good: false, end: None, is_late });
+        }
         if let Some(failure) = outcome.divergence.as_ref().filter(|end| end.is_outside) {
             // A program of the user failed: that is no verdict on its method.
             self.refusals[form] = Some(failure.criterion.clone());
-            return Ok(Lap { frame_s: 0.0, is_good: false, end: Some(End::Refused) });
+            return Ok(Lap::refused());
         }
-        let step_s = spent / outcome.steps.max(1) as f64;
         let mut run = Run {
             form,
             substeps,

@@ -9,11 +9,11 @@ use drape_model::{System, SystemSpec, Vec3};
 use drape_render::{Camera, Colour, Font, Image, Subject, View, draw};
 use drape_report::file::{write_atomically, write_json};
 use drape_report::number::significant;
-use drape_report::page::{Outline, Part, Section, Table, absent, texts};
+use drape_report::page::{Head, Outline, Part, Section, Table, absent, texts};
 use drape_report::plate::{self, Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Point, Rule, Series, Sheet, State, panels_of};
 use drape_report::{
-    Content, Figure, Provenance, RECORD_FORMAT, Record, ReportError, Words, printable,
+    Content, Figure, Provenance, RECORD_FORMAT, Record, ReportError, Verdict, Words, printable,
 };
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -104,10 +104,31 @@ pub fn write(
         figures.push(picture());
     }
     let section = Section::new(&frame, figures, tables(&facts));
-    let page = drape_report::one_page(&[section], &OUTLINE, &files)?;
+    let title = format!("Which method for {}?", printable(&facts.scene.name));
+    let lead = lead(&facts);
+    let head = Head { title: &title, lead: &lead };
+    let page = drape_report::one_page(head, &[section], &OUTLINE, &files)?;
     let html = out.join(format!("{NAME}.html"));
     write_atomically(&html, page.as_bytes()).map_err(HarnessError::from)?;
     Ok(vec![json, html])
+}
+
+/// What was asked, in a sentence or two.
+fn lead(facts: &Facts) -> String {
+    let Facts { scene, forms, runs, .. } = facts;
+    let run = |(n, _): &(usize, &Form)| runs.iter().any(|run| run.form == *n);
+    format!(
+        "{} forms of methods, {} of which were run, show {} particles and {} springs for {} frames \
+         of {} s. Wanted: the least time a frame with a {} error of at most {} mm.",
+        forms.len(),
+        forms.iter().enumerate().filter(run).count(),
+        scene.particles,
+        scene.springs,
+        scene.frames,
+        significant(scene.frame_s, 3),
+        scene.metric.name(),
+        significant(1e3 * scene.target_m, 2)
+    )
 }
 
 /// Time of all of a page but its pictures.
@@ -211,6 +232,9 @@ fn words(facts: &Facts, advice: &Advice) -> Words {
     }
 }
 
+/// Forms with a look of their own in the figure; of more, a family of methods has one.
+const MOST_SERIES: usize = 24;
+
 /// Sound runs with their errors.
 fn sound(facts: &Facts) -> impl Iterator<Item = (&Run, f64)> {
     facts.runs.iter().filter(|run| run.is_sound()).filter_map(|run| Some((run, run.error_m?)))
@@ -224,16 +248,25 @@ fn front(facts: &Facts) -> Option<Sheet> {
     };
     let runs: Vec<_> = sound(facts).collect();
     let all = facts.forms.iter().map(|form| (form.method.as_str(), form.label.as_str()));
-    let own = families(all).into_iter().enumerate().filter_map(|(n, family)| {
-        let is_its = |run: &Run| {
-            let form = facts.form_of(run);
-            family.members.iter().any(|(label, _)| *label == form.label)
-        };
-        let points = runs.iter().filter(|(run, _)| is_its(run)).map(point);
-        let look = Look::of_family(n, n / 7);
-        Some(Series::new(family.title.to_owned(), look, points.collect())?.apart())
+    let families = families(all);
+    let of = |members: &[(&str, Look)]| -> Vec<Point> {
+        let is_its =
+            |run: &Run| members.iter().any(|(label, _)| *label == facts.form_of(run).label);
+        runs.iter().filter(|(run, _)| is_its(run)).map(point).collect()
+    };
+    let members = families.iter().flat_map(|family| &family.members);
+    let single = members.filter_map(|member| {
+        let (label, look) = *member;
+        Some(Series::new(label.to_owned(), look, of(&[*member]))?.apart())
     });
-    let mut series: Vec<Series> = own.collect();
+    let mut series: Vec<Series> = single.collect();
+    if series.len() > MOST_SERIES {
+        let own = families.iter().enumerate().filter_map(|(n, family)| {
+            let look = Look::of_family(n, n / 7);
+            Some(Series::new(family.title.to_owned(), look, of(&family.members))?.apart())
+        });
+        series = own.collect();
+    }
     let mut best = runs.clone();
     best.sort_by(|a, b| a.0.frame_s.total_cmp(&b.0.frame_s).then(a.1.total_cmp(&b.1)));
     let mut least = f64::INFINITY;
@@ -370,8 +403,11 @@ pub(super) fn forms(facts: &Facts) -> Table {
     }
 }
 
-/// Its verdict, and what a push makes of it.
+/// Its verdict, and what a push makes of it. A run that was stopped has none.
 fn verdict(run: &Run) -> String {
+    if run.verdict == Verdict::OverBudget {
+        return "stopped".to_owned();
+    }
     let pushed = if run.is_fragile() { ", explodes when pushed" } else { "" };
     format!("{}{pushed}", run.verdict)
 }

@@ -11,6 +11,8 @@ use crate::HarnessError;
 
 /// A form that takes this many times as long as the best is dominated.
 pub const DOMINATED: f64 = 3.0;
+/// A run that takes this many times as long as predicted is put off.
+const LATE: f64 = 3.0;
 /// Two numbers of steps a frame are tried between if they differ by more than this factor.
 const WIDE: f64 = 1.15;
 
@@ -23,13 +25,35 @@ pub(super) struct Lap {
     pub(super) is_good: bool,
     /// Why the run was stopped, or the form refused.
     pub(super) end: Option<End>,
+    /// Whether it was put off. Then nothing else is known of it but the time a frame so far.
+    pub(super) is_late: bool,
+}
+
+impl Lap {
+    /// A form that is refused.
+    pub(super) fn refused() -> Self {
+        Self { frame_s: 0.0, is_good: false, end: Some(End::Refused), is_late: false }
+    }
+}
+
+/// When a run stops before its end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// The time a frame from which it is dominated, s.
+    pub(super) most: f64,
+    /// The time, over the number of all frames, at which it is put off, s.
+    pub(super) late: f64,
+}
+
+impl Limits {
+    /// It runs to its end.
+    pub(super) const NONE: Self = Self { most: f64::INFINITY, late: f64::INFINITY };
 }
 
 /// What makes the runs.
 pub(super) trait Track {
-    /// Runs a form with so many steps a frame. `most` is the time a frame from which it is
-    /// dominated, s.
-    fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError>;
+    /// Runs a form with so many steps a frame.
+    fn lap(&mut self, form: usize, substeps: u32, limits: Limits) -> Result<Lap, HarnessError>;
 
     /// Whether there is time for such a run, which takes about so long a frame, s.
     fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool;
@@ -82,6 +106,9 @@ impl Entrant {
         if lap.frame_s.is_finite() {
             self.step_s = lap.frame_s / f64::from(substeps);
         }
+        if lap.is_late {
+            return;
+        }
         self.next += 1;
         self.is_owed = false;
         if lap.is_good && lap.end.is_none() {
@@ -132,10 +159,10 @@ pub(super) fn race(
             }
         }
         let waiting = entrants.iter().enumerate();
-        let next = waiting
-            .filter_map(|(form, entrant)| Some((form, entrant.prediction()?)))
-            .min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
-        let Some((form, (substeps, predicted))) = next else { return Ok(()) };
+        let mut waiting: Vec<(usize, (u32, f64))> =
+            waiting.filter_map(|(form, entrant)| Some((form, entrant.prediction()?))).collect();
+        waiting.sort_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
+        let Some(&(form, (substeps, predicted))) = waiting.first() else { return Ok(()) };
         if !track.has_time(form, substeps, predicted) {
             let is_good = entrants[form].good.is_some();
             entrants[form].end = Some(if is_good { End::Good } else { End::OutOfTime });
@@ -145,7 +172,12 @@ pub(super) fn race(
             Some(best) if !entrants[form].is_owed => factor * best,
             _ => f64::INFINITY,
         };
-        let lap = track.lap(form, substeps, most)?;
+        // Where every form is run to its end, the order does not matter.
+        let late = match waiting.get(1) {
+            Some((_, (_, after))) if factor.is_finite() => after.max(LATE * predicted),
+            _ => f64::INFINITY,
+        };
+        let lap = track.lap(form, substeps, Limits { most, late })?;
         entrants[form].took(substeps, lap);
     }
 }
@@ -162,13 +194,21 @@ mod tests {
     }
 
     impl Track for Synthetic {
-        fn lap(&mut self, form: usize, substeps: u32, most: f64) -> Result<Lap, HarnessError> {
+        fn lap(
+            &mut self,
+            form: usize,
+            substeps: u32,
+            Limits { most, late }: Limits,
+        ) -> Result<Lap, HarnessError> {
             let (step_s, needed) = self.forms[form];
-            self.laps.push((form, substeps));
             let frame_s = f64::from(substeps) * step_s;
-            self.left_s -= frame_s.min(most);
-            let end = (frame_s > most).then_some(End::Dominated);
-            Ok(Lap { frame_s, is_good: end.is_none() && substeps >= needed, end })
+            self.left_s -= frame_s.min(most).min(late);
+            let is_late = frame_s > late && late < most;
+            if !is_late {
+                self.laps.push((form, substeps));
+            }
+            let end = (frame_s > most && !is_late).then_some(End::Dominated);
+            Ok(Lap { frame_s, is_good: end.is_none() && substeps >= needed, end, is_late })
         }
 
         fn has_time(&self, _form: usize, _substeps: u32, frame_s: f64) -> bool {
@@ -221,6 +261,30 @@ mod tests {
         let mut late = [Entrant::new(vec![1, 2, 4], 1.0), late];
         race(&mut late, &mut track, DOMINATED).expect("synthetic runs do not fail");
         assert_eq!(late[1].end, Some(End::OutOfTime));
+    }
+
+    /// Both are good with one step. The first seems to take 1 ms and takes 500, of which 3 are spent
+    /// before the second has its turn.
+    #[test]
+    fn a_run_that_takes_far_longer_than_predicted_waits_for_the_others() {
+        let forms = [(500.0, 1), (2.0, 1)];
+        let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s: 20.0 };
+        let mut entrants = [Entrant::new(vec![1, 2], 1.0), Entrant::new(vec![1, 2], 2.0)];
+        race(&mut entrants, &mut track, DOMINATED).expect("synthetic runs do not fail");
+        assert_eq!(track.laps, [(1, 1)]);
+        assert!((track.left_s - (20.0 - 3.0 - 2.0)).abs() < 1e-9, "{}", track.left_s);
+        let ends = entrants.map(|entrant| entrant.end);
+        assert_eq!(ends, [Some(End::Dominated), Some(End::Good)]);
+        // Alone, or where it is still the best to try, it runs.
+        for forms in [vec![(500.0, 1)], vec![(500.0, 1), (600.0, 1)]] {
+            let mut track = Synthetic { forms: forms.clone(), laps: Vec::new(), left_s: 1e9 };
+            let mut entrants: Vec<_> =
+                forms.iter().map(|form| Entrant::new(vec![1], form.0)).collect();
+            entrants[0] = Entrant::new(vec![1], 1.0);
+            race(&mut entrants, &mut track, DOMINATED).expect("synthetic runs do not fail");
+            assert_eq!(track.laps[0], (0, 1));
+            assert_eq!(entrants[0].good, Some((1, 500.0)));
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@ use super::deadline::Deadline;
 use super::facts::{End, Facts, Form, Metric, Run, Scene, Truth};
 use super::forms::Entry;
 use super::memory::Memory;
-use super::race::Track as _;
+use super::race::{Limits, Track as _};
 use super::stage::Stage;
 use super::truth::Found;
 use super::{Checked, Clock, Course, Options, advise, compare, held, journal_name, lines, resume};
@@ -250,7 +250,7 @@ fn a_run_that_stands_still_is_not_sound_without_a_true_motion() {
     let mut course = Course::new((&stage, &entries), &found, memory, deadline, &|_, _| ());
     for form in 0..2 {
         for substeps in [1, 2] {
-            course.lap(form, substeps, f64::INFINITY).expect("supported");
+            course.lap(form, substeps, Limits::NONE).expect("supported");
         }
     }
     let [still, moving] = [1, 3].map(|n| course.runs[n].clone());

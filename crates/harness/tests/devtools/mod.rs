@@ -1,7 +1,7 @@
 //! Chromium, driven over the DevTools protocol: JSON messages with a zero byte after each, on two
 //! pipes.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used)]
 
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
@@ -29,7 +29,8 @@ pub(crate) fn chromium() -> Option<PathBuf> {
         let is_required =
             std::env::var_os("DRAPE_BROWSER").is_some_and(|value| value == "required");
         assert!(!is_required, "DRAPE_BROWSER=required, but no chromium is on the path");
-        println!("skipped: no chromium is on the path");
+        // Past the capture of tests.
+        writeln!(std::io::stderr().lock(), "SKIPPED: no chromium is on the path").unwrap();
     }
     found
 }

@@ -4,12 +4,13 @@
 //! test says that it was skipped; with DRAPE_PROGRAMS=required it fails.
 
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 use drape_integrator::{PhaseClock, Settings, TimeStep};
 use drape_model::{DampingLaw, KeyframeSpec, SpringEffect, State, System, Vec3};
 use drape_oracle::recurrence::{Amplification, implicit_midpoint, symplectic_euler};
 use drape_oracle::scenes::{anchored, build, bundled, pin, stir};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -29,7 +30,8 @@ fn has(program: &str, arguments: &[&str]) -> bool {
     if !is_there {
         let what = format!("`{program} {}` fails on this machine", arguments.join(" "));
         assert_ne!(std::env::var("DRAPE_PROGRAMS").as_deref(), Ok("required"), "{what}");
-        println!("skipped: {what}");
+        // Past the capture of tests.
+        writeln!(std::io::stderr().lock(), "SKIPPED: {what}").unwrap();
     }
     is_there
 }

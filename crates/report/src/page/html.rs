@@ -1,7 +1,7 @@
 //! The report: one HTML file with all figures, tables and sentences, which needs no other file.
 
 use super::inline::{inlined, picture, slug, spans_value, verdict};
-use super::{Outline, Part, Section, Table};
+use super::{Head, Outline, Part, Section, Table};
 use crate::{Content, Files, ReportError};
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior, context};
@@ -16,6 +16,14 @@ const TEMPLATES: [(&str, &str); 4] = [
     ("report.css", include_str!("../../templates/report.css")),
     ("report.js", include_str!("../../templates/report.js")),
 ];
+
+/// The head of the report of all studies.
+pub(crate) const ALL: Head<'static> = Head {
+    title: "Time integrators for cloth, compared",
+    lead: "Mass-spring cloth is stiff: what holds it together breaks simple methods of moving it in \
+           time. This report puts the methods that were proposed since 1987 on one and the same \
+           cloth and measures what each keeps, what it loses and what it costs.",
+};
 
 /// A part with its sections.
 #[derive(Serialize)]
@@ -68,11 +76,11 @@ fn leads<'a>(sections: &'a [Section], outline: &Outline) -> Vec<&'a str> {
     groups.find(|group| !group.is_empty()).unwrap_or_else(|| drawn().take(1).collect())
 }
 
-/// The text of the report; `first` stands beside the answer, `files` holds the drawings.
+/// The text of a report below its head; `first` stands beside the answer, `files` holds the drawings.
 pub(crate) fn report(
     sections: &[Section],
     outline: &Outline,
-    first: Option<&Table>,
+    (head, first): (Head<'_>, Option<&Table>),
     files: &Files,
 ) -> Result<String, ReportError> {
     let drawing = |file: &str, content: &Content| match content {
@@ -100,6 +108,7 @@ pub(crate) fn report(
             environment.add_template(name, text)?;
         }
         environment.get_template(FILE)?.render(context! {
+            head => Value::from(Serde(head)),
             sections => Value::from(Serde(sections)),
             chapters => Value::from(Serde(chapters(sections, outline))),
             answer => Value::from(Serde(answer(sections, outline))),

@@ -55,7 +55,7 @@ const WORDS: [(&str, &[&str]); 4] = [
     ("good", &["holds", "stable", "completed"]),
     ("fair", &["marginal", "undecided", "locked"]),
     ("bad", &["fails", "unstable", "diverged", "unexplained"]),
-    ("idle", &["refused", "not applicable", "over budget", "–"]),
+    ("idle", &["refused", "not applicable", "over budget", "stopped", "–"]),
 ];
 
 /// The class of a cell, by its verdict or the sign behind its number; empty for any other.

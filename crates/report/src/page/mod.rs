@@ -4,7 +4,7 @@ mod html;
 mod index;
 mod inline;
 
-pub(crate) use html::report;
+pub(crate) use html::{ALL, report};
 pub(crate) use index::index;
 
 use crate::{Figure, Provenance, Record, Timings, Words};
@@ -24,6 +24,15 @@ pub struct Outline {
     pub leads: &'static [&'static [&'static str]],
 }
 
+/// What stands above all parts.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Head<'a> {
+    /// Heading, and title of the window.
+    pub title: &'a str,
+    /// What the page is about.
+    pub lead: &'a str,
+}
+
 /// A part of the report. The studies that it names come in this order; a part without names takes
 /// all others.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +41,7 @@ pub struct Part {
     pub title: &'static str,
     /// Names of its studies.
     pub studies: &'static [&'static str],
-    /// Whether the first table of a section stands before its conclusion.
+    /// Whether the first table of a section stands before its conclusion, unfolded.
     pub table_first: bool,
 }
 

@@ -201,12 +201,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for warning in gain.into_iter().chain(tunnels.first().map(tunnel_warning)) {
         tell!("drape: warning: {warning}");
     }
+    // What a program did wrong is told once, with the error.
+    let failed = outcome.divergence.as_ref().filter(|end| end.is_outside);
+    let reason = failed.map(|end| format!("its program failed at step {}", end.step));
+    let summary = summary(&record, reason.as_ref().unwrap_or(&record.verdict.reason));
     // The end of the run decides the exit code, even if the summary cannot be printed.
     let printed = if speaks_data {
-        summary(&record).lines().for_each(|line| tell!("{line}"));
+        summary.lines().for_each(|line| tell!("{line}"));
         Ok(())
     } else {
-        print(&summary(&record))
+        print(&summary)
     };
     let kept = match &sink {
         Some(sink) => format!("the record until then is in {sink}"),
@@ -299,7 +303,7 @@ fn tunnel_warning(passage: &Passage) -> String {
     )
 }
 
-fn summary(run: &Run) -> String {
+fn summary(run: &Run, reason: &str) -> String {
     let totals = run.totals;
     let energy = |position: Option<&Sample>| {
         position.and_then(|sample| sample.energy_j.get("total")).copied().unwrap_or(f64::NAN)
@@ -337,6 +341,6 @@ fn summary(run: &Run) -> String {
         energy(run.series.first()),
         energy(run.series.last()),
         run.verdict.kind,
-        run.verdict.reason
+        reason
     )
 }

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 /// Regrets that the advice should keep: in the median, and always.
 pub(super) const MEDIAN: f64 = 1.1;
 pub(super) const WORST: f64 = 1.5;
+/// Share of its budget that a comparison may spend.
+pub(super) const SPENT: f64 = 1.1;
 /// Share of the measured cases in which the target should be met.
 pub(super) const MET: f64 = 0.95;
 
