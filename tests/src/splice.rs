@@ -6,8 +6,9 @@
 use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
-use drape_harness::studies::uses::{self, LEVEL, all_uses, method, winning, wins};
-use drape_harness::studies::work_precision::facts::{Facts, TimingRow, Winner};
+use drape_harness::studies::trajectory::facts::{Facts, Winner};
+use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, winning, wins};
+use drape_harness::studies::work_precision::facts::TimingRow;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -73,11 +74,10 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     let with = |all: &[Standing], standing: Standing| {
         all.iter().filter(|other| **other == standing).count().to_string()
     };
-    let work: Facts = uses::facts(results, "work-precision")?;
-    let wins = |damping, level| wins(&work, damping, level);
-    let leads = |damping| leads(&wins(damping, LEVEL));
-    let decided: Vec<_> = work.winners.iter().filter(|w| w.level == LEVEL).collect();
-    let ties = decided.iter().filter(|winner| !winner.tied.is_empty()).count();
+    let motions: Facts = uses::facts(results, "trajectory")?;
+    let leads = |damping| leads(&wins(&motions, damping, LEVEL));
+    let decided: Vec<_> = motions.winners.iter().filter(|w| w.level == LEVEL).collect();
+    let ties = decided.iter().filter(|winner| !tied(winner).is_empty()).count();
     let runs = rows(results, "locking", "/facts/runs")?;
     let kept = |label: &str| {
         let at = |run: &&Value| {
@@ -102,10 +102,10 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("expectations-hold", with(&expected, Standing::Holds)),
         ("expectations-fail", with(&expected, Standing::Fails)),
         ("method-count", methods::all().count().to_string()),
-        ("leads-light", leads("light")),
-        ("leads-heavy", leads("heavy")),
+        ("leads-light", leads(DAMPINGS[0])),
+        ("leads-heavy", leads(DAMPINGS[1])),
         ("ties", format!("{ties} of {}", decided.len())),
-        ("winners", winner_table(wins)),
+        ("winners", winner_table(&motions)),
         ("imex-euler-kept", kept("imex-euler")?),
         ("imex-updated-kept", kept("imex-updated")?),
         ("time-to-1-percent", times(&timings)),
@@ -135,41 +135,49 @@ fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, Strin
     rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
 }
 
-/// Who leads at which stiffness, as a part of a sentence.
-fn leads(wins: &[(f64, &Winner)]) -> String {
-    let mut parts: Vec<(&str, Vec<String>)> = Vec::new();
-    for (stiffness, winner) in wins {
-        let (name, at) = (winning(winner), power(*stiffness));
-        match parts.last_mut() {
-            Some((last, places)) if *last == name => places.push(at),
-            _ => parts.push((name, vec![at])),
+/// Who leads at which stiffness and who ties, as a part of a sentence.
+fn leads(wins: &[(f64, Option<&Winner>)]) -> String {
+    let part = |(stiffness, winner): &(f64, Option<&Winner>)| {
+        let at = power(*stiffness);
+        match winner {
+            Some(winner) => {
+                format!("`{}`{} at {at}", winning(winner), ties(winner, 2, (" (tie: ", ")")))
+            }
+            None => format!("none at {at}, for noise"),
         }
+    };
+    wins.iter().map(part).collect::<Vec<_>>().join(", ")
+}
+
+/// The names of some methods that tie with a winner, and the number of others, between two texts.
+fn ties(winner: &Winner, most: usize, (before, after): (&str, &str)) -> String {
+    let tied = tied(winner);
+    if tied.is_empty() {
+        return String::new();
     }
-    let parts: Vec<String> =
-        parts.iter().map(|(name, at)| format!("`{name}` at {}", at.join(" and "))).collect();
-    parts.join(", ")
+    let names: Vec<_> = tied.iter().take(most).map(|name| format!("`{name}`")).collect();
+    let more = tied.len().saturating_sub(most);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{before}{}{more}{after}", names.join(", "))
 }
 
 /// Winners on the hanging sheet, with those that tie.
-fn winner_table<'a>(wins: impl Fn(&'static str, f64) -> Vec<(f64, &'a Winner)>) -> String {
+fn winner_table(facts: &Facts) -> String {
     let mut text = "\n\n| damping | k/m (s⁻²) | error ≤ 10 % | error ≤ 1 % | error ≤ 0.1 % |\n\
                     |---|---|---|---|---|\n"
         .to_owned();
-    let cell = |winner: &Winner| {
-        let ties = &winner.tied;
-        let names: Vec<_> =
-            ties.iter().take(3).map(|tied| format!("`{}`", method(&tied.label))).collect();
-        let more = ties.len().saturating_sub(3);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        let ties = if names.is_empty() {
-            String::new()
-        } else {
-            format!("; tie: {}{more}", names.join(", "))
-        };
-        format!("**`{}`**{ties}", winning(winner))
+    let cell = |winner: &Option<&Winner>| match winner {
+        Some(winner) => format!("**`{}`**{}", winning(winner), ties(winner, 3, ("; tie: ", ""))),
+        None => "too noisy to rank".to_owned(),
     };
-    for damping in ["light", "heavy"] {
-        let columns = [0.1, LEVEL, 1e-3].map(|level| wins(damping, level));
+    let mut dampings: Vec<&str> = Vec::new();
+    for scene in &facts.scenes {
+        if !dampings.contains(&scene.damping.as_str()) {
+            dampings.push(&scene.damping);
+        }
+    }
+    for damping in dampings {
+        let columns = [0.1, LEVEL, 1e-3].map(|level| wins(facts, damping, level));
         for (k, (stiffness, _)) in columns[0].iter().enumerate() {
             let cells = columns.iter().filter_map(|column| column.get(k));
             let cells: Vec<_> = cells.map(|(_, winner)| cell(winner)).collect();

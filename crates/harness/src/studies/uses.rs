@@ -1,12 +1,12 @@
 //! Which method to take for what: the five uses of the first page, each answered from records.
 
-use super::{animation, rest, scaling, work_precision};
+use super::{animation, rest, scaling, trajectory};
 use drape_report::file::read_json;
 use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
 use serde::de::DeserializeOwned;
 use std::path::Path;
-use work_precision::facts::Winner;
+use trajectory::facts::{Facts, Winner};
 
 /// A use, what to take for it, and why.
 pub type Use = (&'static str, (String, String));
@@ -58,30 +58,37 @@ pub fn timings<R: DeserializeOwned>(results: &Path, study: &str) -> Result<Vec<R
 /// The error for which the pages name winners.
 pub const LEVEL: f64 = 0.01;
 
-/// Stiffness of each hanging sheet of the series over stiffness, in rising order, and the winner for
-/// an error there.
-pub fn wins<'a>(
-    facts: &'a work_precision::facts::Facts,
-    damping: &str,
-    level: f64,
-) -> Vec<(f64, &'a Winner)> {
-    let stiffness = work_precision::facts::STIFFNESS;
-    let mut wins: Vec<(f64, &Winner)> = Vec::new();
-    for scene in facts.scenes.iter().filter(|scene| {
-        scene.scene == "hanging"
-            && scene.damping == damping
-            && scene.series.iter().any(|series| series == stiffness)
-    }) {
-        let is_its = |w: &&Winner| w.scene == scene.id && w.level == level;
-        let winner = facts.winners.iter().find(is_its);
-        wins.extend(winner.map(|winner| (scene.stiffness_over_mass_per_s2, winner)));
-    }
+/// Light and heavy damping, as `trajectory` names them: a hundredth of the critical damping of the
+/// stiffest waves, and critical.
+pub const DAMPINGS: [&str; 2] = ["ζ = 0.01", "ζ = 1"];
+
+/// Stiffness of each sheet of `trajectory` with that damping, in rising order, and the winner for an
+/// error there; none where noise lets nothing rank.
+pub fn wins<'a>(facts: &'a Facts, damping: &str, level: f64) -> Vec<(f64, Option<&'a Winner>)> {
+    let own = facts.scenes.iter().filter(|scene| scene.damping == damping);
+    let mut wins: Vec<(f64, Option<&Winner>)> = own
+        .map(|scene| {
+            let is_its = |w: &&Winner| w.scene == scene.id && w.level == level;
+            (scene.stiffness_over_mass_per_s2, facts.winners.iter().find(is_its))
+        })
+        .collect();
     wins.sort_by(|a, b| a.0.total_cmp(&b.0));
     wins
 }
 
+/// The methods that tie with a winner.
+pub fn tied(winner: &Winner) -> Vec<&str> {
+    let mut methods: Vec<&str> = Vec::new();
+    for name in winner.tied.iter().map(|tied| method(&tied.label)) {
+        if name != winning(winner) && !methods.contains(&name) {
+            methods.push(name);
+        }
+    }
+    methods
+}
+
 /// The method behind a label: what stands before the first comma.
-pub fn method(label: &str) -> &str {
+fn method(label: &str) -> &str {
     label.split(',').next().unwrap_or_default()
 }
 
@@ -183,12 +190,17 @@ fn at_rest(results: &Path) -> Result<(String, String), String> {
 
 /// Who is first on a soft sheet.
 fn taught(results: &Path) -> Result<(String, String), String> {
-    let facts = facts(results, "work-precision")?;
-    let wins = wins(&facts, "light", LEVEL);
+    let facts = facts(results, "trajectory")?;
+    let wins = wins(&facts, DAMPINGS[0], LEVEL);
     let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4).ok_or("no soft sheet")?;
-    let why = "`work-precision`, hanging sheet, k/m = 10⁴ s⁻²: the least modelled time for 1 %; its \
-               step fits on a line, and the course begins with its kind";
-    Ok((format!("`{}`", winning(soft.1)), why.to_owned()))
+    let soft = soft.1.ok_or("no winner on the soft sheet")?;
+    let why = format!(
+        "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step fits on a line, \
+         and the course begins with its kind",
+        DAMPINGS[0]
+    );
+    let near: Vec<_> = tied(soft).iter().map(|name| format!("`{name}`")).collect();
+    Ok((format!("`{}`{}", winning(soft), ties("tie", &near)), why))
 }
 
 /// What is known of a million particles.
