@@ -14,7 +14,10 @@ import pandas
 import polars
 
 TYPES = {"particles": int, "stiffness_over_mass": float, "step_s": float, "value": float,
-         "quick": lambda text: text == "true"}
+         "cost_s": float, "quick": lambda text: text == "true"}
+COLUMNS = ["study", "cell", "scene", "particles", "stiffness_over_mass", "method", "settings",
+           "step_s", "metric", "value", "unit", "verdict", "cost_s", "cost_of", "machine", "commit",
+           "quick"]
 
 
 def expected(file):
@@ -27,10 +30,9 @@ def expected(file):
 
 def by_pandas(file):
     if file.suffix == ".csv":
-        words = {"cell": str, "scene": str, "method": str, "settings": str, "verdict": str,
-                 "metric": str, "unit": str, "commit": str, "study": str, "name": str,
-                 "kind": str, "meaning": str}
-        frame = pandas.read_csv(file, dtype=words,
+        words = {name: str for name in COLUMNS + ["name", "kind", "meaning", "table"]
+                 if name not in TYPES}
+        frame = pandas.read_csv(file, dtype=words, float_precision="round_trip",
                                 keep_default_na=False,
                                 na_values={name: [""] for name in [*TYPES, *words]})
     else:
@@ -45,7 +47,7 @@ def by_polars(file):
     if file.suffix == ".csv":
         typed = {"cell": polars.String, "scene": polars.String, "settings": polars.String,
                  "value": polars.Float64, "step_s": polars.Float64, "unit": polars.String,
-                 "stiffness_over_mass": polars.Float64}
+                 "stiffness_over_mass": polars.Float64, "cost_s": polars.Float64}
         return polars.read_csv(file, schema_overrides=typed, infer_schema_length=None).to_dict(
             as_series=False)
     return read(file).to_dict(as_series=False)
@@ -54,7 +56,8 @@ def by_polars(file):
 def by_duckdb(file):
     source = f"'{file}'"
     if file.suffix == ".csv":
-        source = f"read_csv('{file}', header=true, sample_size=-1)"
+        source = (f"read_csv('{file}', header=true, sample_size=-1, delim=',', quote='\"', "
+                  "escape='\"')")
     table = duckdb.sql(f"select * from {source}")
     rows = table.fetchall()
     return {name: [row[k] for row in rows] for k, name in enumerate(table.columns)}
@@ -68,11 +71,40 @@ def same(a, b):
     return a == b or str(a) == str(b)
 
 
+def check(tables):
+    """What the tables say of themselves."""
+    dictionary = tables.pop("dictionary")
+    assert list(dictionary) == ["name", "kind", "unit", "meaning", "table"], list(dictionary)
+    assert all(dictionary["meaning"]), "a line of the dictionary without a meaning"
+    lines = list(zip(*(dictionary[name] for name in ["table", "name", "unit"])))
+    assert len(set(lines)) == len(lines), "a metric of a table twice in the dictionary"
+    told = {line for line, kind in zip(lines, dictionary["kind"]) if kind == "metric"}
+    columns = {name for name, kind in zip(dictionary["name"], dictionary["kind"])
+               if kind == "column"}
+    assert columns == set(COLUMNS), columns
+    for name, table in tables.items():
+        assert list(table) == COLUMNS, (name, list(table))
+        study = name.removeprefix("timings-").removeprefix("engines-")
+        assert set(table["study"]) == {study}, name
+        assert all(machine.endswith((" thread", " threads")) for machine in table["machine"]), name
+        for cost, of in zip(table["cost_s"], table["cost_of"]):
+            assert (cost is None) == (of is None) and (cost is None or cost >= 0), (name, cost, of)
+        metrics = {".".join("#" if part.isdigit() else part for part in metric.split("."))
+                   for metric in table["metric"]}
+        assert metrics == {metric for of, metric, _ in told if of == name}, name
+        if name.startswith("timings-"):
+            assert any(table["cost_of"]) and not any(table["quick"]), name
+    kinds = [name.partition("-")[0] for name in tables]
+    assert kinds.count("timings") >= 3 and kinds.count("engines") >= 2, sorted(tables)
+
+
 def main():
     folders = [pathlib.Path(folder) for folder in sys.argv[1:3]]
     entries = 0
+    tables = {}
     for file in sorted(folders[0].glob("*.csv")):
         wanted = expected(file)
+        tables[file.stem] = wanted
         for folder in folders:
             read = folder / (file.stem + ("." + folder.name))
             for reader in by_pandas, by_polars, by_duckdb:
@@ -85,6 +117,7 @@ def main():
                             sys.exit(f"{read} by {reader.__name__}: row {row}, {name}: "
                                      f"{b!r} in place of {a!r}")
                     entries += len(column)
+    check(tables)
     print(entries)
 
 

@@ -43,8 +43,8 @@ fn export(folder: &Path, format: &str, more: &[&str]) -> PathBuf {
 fn pandas_polars_and_duckdb_read_the_same_tables() {
     let Some(python) = python("pandas, polars, duckdb, pyarrow") else { return };
     let folder = tempfile::tempdir().unwrap();
-    // The other records are longer and have no other columns.
-    let only = ["--only", "locking,claims,order,momentum,tables,hard-cases"];
+    // The other records are longer and have no other columns. Among these are timings and engines.
+    let only = ["--only", "locking,claims,order,momentum,tables,hard-cases,rest,peers"];
     let folders = ["csv", "parquet"].map(|format| export(folder.path(), format, &only));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/read_tables.py");
     let output = run(Command::new(python).arg(script).args(&folders));
@@ -57,14 +57,50 @@ fn pandas_polars_and_duckdb_read_the_same_tables() {
 fn all_records_are_written_as_parquet() {
     let folder = tempfile::tempdir().unwrap();
     let first = export(folder.path(), "parquet", &[]);
-    let studies = std::fs::read_dir(&first).unwrap().count();
-    assert!(studies > 15, "{studies}");
+    let tables = std::fs::read_dir(&first).unwrap().count();
+    assert!(tables > 35, "{tables}");
     let second = tempfile::tempdir().unwrap();
-    let second = export(second.path(), "parquet", &["--only", "order"]);
-    for name in ["order.parquet", "dictionary.parquet"] {
-        let bytes = std::fs::read(first.join(name)).unwrap();
+    let second = export(second.path(), "parquet", &["--only", "order,tables,peers"]);
+    let names =
+        ["order", "engines-order", "tables", "timings-tables", "timings-peers", "dictionary"];
+    for name in names.map(|name| format!("{name}.parquet")) {
+        let bytes = std::fs::read(first.join(&name)).unwrap();
         assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"), "{name}");
+        if name != "dictionary.parquet" {
+            assert!(bytes == std::fs::read(second.join(&name)).unwrap(), "{name}");
+        }
     }
-    let read = |folder: &Path| std::fs::read(folder.join("order.parquet")).unwrap();
-    assert_eq!(read(&first), read(&second));
+    assert_eq!(std::fs::read_dir(&second).unwrap().count(), names.len());
+}
+
+/// The command says which tables it wrote, and which record it could not read.
+#[test]
+fn tables_are_listed_and_unreadable_timings_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let drape = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.arg("export").args(arguments).current_dir(folder.path()).output().unwrap()
+    };
+    let results = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results");
+    let said = |output: &Output| {
+        let texts = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+        texts.concat()
+    };
+    let output = drape(&[results, "--only", "order,tables", "--out", "out"]);
+    assert!(output.status.success(), "{}", said(&output));
+    for name in ["order", "engines-order", "tables", "timings-tables", "dictionary"] {
+        let file = Path::new("out").join(format!("{name}.csv"));
+        let line = format!("wrote {} (", file.display());
+        assert!(said(&output).contains(&line), "{line}: {}", said(&output));
+    }
+    let unknown = drape(&[results, "--only", "no-study", "--out", "none"]);
+    assert_eq!(unknown.status.code(), Some(2), "{}", said(&unknown));
+    assert!(said(&unknown).contains("`no-study`"), "{}", said(&unknown));
+    let broken = Path::new("timings").join("broken.json");
+    std::fs::create_dir(folder.path().join("timings")).unwrap();
+    std::fs::write(folder.path().join(&broken), "{}").unwrap();
+    let output = drape(&[".", "--out", "none"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains(broken.to_str().unwrap()), "{}", said(&output));
+    assert!(!folder.path().join("none").exists());
 }

@@ -358,7 +358,7 @@ fn share(value: Option<f64>) -> String {
 fn said(end: End) -> &'static str {
     match end {
         End::Good => "meets the target",
-        End::Dominated => "more than three times as slow as the best",
+        End::Dominated => "over 3 × the best",
         End::Exhausted => "all steps tried",
         End::OutOfTime => "time over",
         End::Refused => "refused",

@@ -53,6 +53,7 @@ use drape_report::{
     read_record, read_timings,
 };
 use rayon::prelude::*;
+use schemars::{JsonSchema, Schema, schema_for};
 use serde::{Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -180,6 +181,9 @@ pub trait Study: Sync {
     /// File, title and caption of every figure that can be drawn of its record and timings.
     fn figures(&self) -> Vec<Figure>;
 
+    /// JSON Schema of its facts and of a row of its timings, as a pair.
+    fn schema(&self) -> Schema;
+
     /// Runs it and writes its records; returns the files written.
     ///
     /// # Errors
@@ -221,8 +225,8 @@ pub trait Study: Sync {
 
 impl<F, T> Parts<F, T>
 where
-    F: Serialize + DeserializeOwned + 'static,
-    T: Serialize + DeserializeOwned + 'static,
+    F: Serialize + DeserializeOwned + JsonSchema + 'static,
+    T: Serialize + DeserializeOwned + JsonSchema + 'static,
 {
     /// Name of its record's file.
     fn file(&self) -> String {
@@ -260,8 +264,8 @@ where
 
 impl<F, T> Study for Parts<F, T>
 where
-    F: Serialize + DeserializeOwned + 'static,
-    T: Serialize + DeserializeOwned + 'static,
+    F: Serialize + DeserializeOwned + JsonSchema + 'static,
+    T: Serialize + DeserializeOwned + JsonSchema + 'static,
 {
     fn name(&self) -> &'static str {
         self.name
@@ -281,6 +285,10 @@ where
 
     fn figures(&self) -> Vec<Figure> {
         self.plates.iter().map(Plate::figure).collect()
+    }
+
+    fn schema(&self) -> Schema {
+        schema_for!((F, T))
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {

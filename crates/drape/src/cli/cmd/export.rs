@@ -1,6 +1,6 @@
 //! `drape export`.
 
-use drape_harness::export::{COLUMNS, Row, dictionary, table};
+use drape_harness::export::{COLUMNS, dictionary, tables};
 use drape_harness::studies;
 use drape_model::Violation;
 use drape_report::ReportError;
@@ -13,7 +13,8 @@ use crate::cli::parquet;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder with records (JSON files that `drape reproduce` writes)
+    /// Folder with records (JSON files that `drape reproduce` writes); those of timings and engines
+    /// stand in the folders `timings` and `engines` in it
     #[arg(default_value = "results")]
     folder: PathBuf,
     /// Format of the tables
@@ -32,7 +33,8 @@ pub(crate) struct Arguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Comma-separated values (RFC 4180), UTF-8: one table a study, and dictionary.csv
+    /// Comma-separated values (RFC 4180), UTF-8: one table a record (STUDY.csv, timings-STUDY.csv,
+    /// engines-STUDY.csv), and dictionary.csv
     Csv,
     /// Apache Parquet, with types and compressed: the same tables, and dictionary.parquet
     Parquet,
@@ -50,24 +52,22 @@ impl Format {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let folder = &arguments.folder;
-    let chosen = match arguments.only.as_slice() {
-        [] => studies::all().to_vec(),
-        names => names.iter().map(|name| studies::find(name)).collect::<Result<Vec<_>, _>>()?,
-    };
-    let mut tables: Vec<(PathBuf, Vec<Row>)> = Vec::new();
     let ending = arguments.format.ending();
     let out = arguments.out.clone().unwrap_or_else(|| folder.join(ending));
-    for study in chosen {
-        if let Some(rows) = table(folder, study.name()).map_err(ReportError::from)? {
-            tables.push((out.join(format!("{}.{ending}", study.name())), rows));
+    let tables = tables(folder, &arguments.only)?;
+    for name in &arguments.only {
+        // A study without a record is no fault; what is no study has to be there.
+        if !tables.iter().any(|table| table.study == *name) {
+            studies::find(name)?;
         }
     }
     if tables.is_empty() {
         return Err(ReportError::NoRecords { folder: folder.clone() }.into());
     }
-    let words = out.join(format!("dictionary.{ending}"));
-    let files = tables.iter().map(|(file, _)| file).chain([&words]);
-    let present = files.filter(|file| file.exists()).find(|_| !arguments.force);
+    let file = |name: &str| out.join(format!("{name}.{ending}"));
+    let words = file("dictionary");
+    let files: Vec<_> = tables.iter().map(|table| file(&table.name())).collect();
+    let present = files.iter().chain([&words]).find(|file| !arguments.force && file.exists());
     if let Some(file) = present {
         return Err(Violation {
             path: "--out".to_owned(),
@@ -77,15 +77,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .into());
     }
     check_folder("--out", &out)?;
-    let all: Vec<Row> = tables.iter().flat_map(|(_, rows)| rows).cloned().collect();
-    for (file, rows) in &tables {
-        let header = COLUMNS.map(|(name, _, _)| name);
-        let rows: Vec<&[String]> = rows.iter().map(|row| &row[..]).collect();
+    let header = COLUMNS.map(|(name, _, _)| name);
+    for (file, table) in files.iter().zip(&tables) {
+        let rows: Vec<&[String]> = table.rows.iter().map(|row| &row[..]).collect();
         write(arguments.format, file, &header, &rows)?;
     }
-    let lines = dictionary(&all);
+    let lines = dictionary(&tables);
     let lines: Vec<&[String]> = lines.iter().map(|line| &line[..]).collect();
-    write(arguments.format, &words, &["name", "kind", "unit", "meaning"], &lines)
+    write(arguments.format, &words, &["name", "kind", "unit", "meaning", "table"], &lines)
 }
 
 fn write(format: Format, file: &Path, header: &[&str], rows: &[&[String]]) -> anyhow::Result<()> {

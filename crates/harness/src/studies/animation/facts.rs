@@ -92,10 +92,10 @@ pub struct Scene {
     /// Number of true motions: one without noise, the others from starts moved by up to 1 µm out of
     /// the plane. A run is held against the nearest.
     pub members: usize,
-    /// Mean distance of the surfaces of two such starts over the span, m: a smaller error means
-    /// nothing.
+    /// Mean distance over the span of the surfaces of two starts that differ by noise, m: a smaller
+    /// error means nothing.
     pub shape_floor_m: f64,
-    /// Root of the mean square distance of their particles at 0.3 s, m.
+    /// Root of the mean square distance of the particles of two such starts at 0.3 s, m.
     pub trajectory_floor_m: f64,
     /// Distance of the surfaces when the step of the true motion is doubled, m.
     pub reference_error_m: f64,
@@ -103,7 +103,7 @@ pub struct Scene {
     pub strain: f64,
     /// Energy that the scene sets free, J.
     pub released_j: f64,
-    /// Energy of springs and hinges at the start, over that.
+    /// Energy of springs and hinges at the start, over that which the scene sets free.
     pub prestress: f64,
     /// Same bits on every machine.
     pub portable: bool,
@@ -209,6 +209,6 @@ pub struct TimingRow {
     pub frames: u64,
     /// Seconds in all calls of the method, one entry a repetition.
     pub samples_s: Vec<f64>,
-    /// Median of them over the frames, s.
+    /// Median of the samples over the number of frames, s.
     pub frame_s: f64,
 }

@@ -65,7 +65,7 @@ pub struct Row {
 pub struct Number {
     /// What it is; unique within a claim.
     pub what: String,
-    /// Its value; a value that is not finite stands as the largest number.
+    /// Value of a measured number; one that is not finite stands as the largest number.
     pub value: f64,
     /// Its unit; empty for a pure number.
     pub unit: String,

@@ -68,10 +68,10 @@ pub struct Row {
     pub steps_before: u64,
     /// Steps from the first contact to the end.
     pub steps_after: u64,
-    /// Linear iterations in the former: of conjugate gradients, and Newton's where each of them
-    /// factorises.
+    /// Linear iterations in the steps before contact: of conjugate gradients, and Newton's where
+    /// each of them factorises.
     pub iterations_before: u64,
-    /// Linear iterations in the latter.
+    /// Linear iterations in the steps from the first contact on.
     pub iterations_after: u64,
     /// Iterations of each step, in the scenes whose course is drawn; else empty.
     pub iterations_by_step: Vec<u32>,
@@ -81,7 +81,7 @@ pub struct Row {
     /// Greatest depth of a particle inside the obstacle at the end of a step, before it is moved by
     /// hand, m.
     pub depth_m: f64,
-    /// That over what the fastest particle of the run covers in a step.
+    /// Greatest depth over what the fastest particle of the run covers in a step.
     pub depth_over_reach: f64,
     /// Greatest displayed depth, m: a particle inside is shown as an auxiliary one on the surface.
     pub displayed_depth_m: f64,

@@ -43,7 +43,7 @@ pub struct Scene {
     pub time_s: Vec<f64>,
     /// Height of the free edge's midpoint in the true motion, m.
     pub height_m: Vec<f64>,
-    /// Way of that midpoint within the compared span, m.
+    /// Way of the free edge's midpoint in the true motion within the compared span, m.
     pub path_m: f64,
     /// Total energy at the end less that of the start, over `E_ref`.
     pub energy_change: f64,
@@ -51,8 +51,8 @@ pub struct Scene {
     pub greatest_stretch: f64,
     /// Step size of the reference, s.
     pub reference_step_s: f64,
-    /// Greatest difference of its heights to those of a reference with twice the step, within the
-    /// compared span, m.
+    /// Greatest difference of the reference's heights to those of one with twice the step, within
+    /// the compared span, m.
     pub reference_error_m: f64,
     /// Same bits on every machine.
     pub portable: bool,

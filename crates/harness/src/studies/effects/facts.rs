@@ -101,14 +101,14 @@ pub struct TimingRow {
     pub steps: u64,
     /// Nanoseconds in all `step` calls together without the effect, one entry a repetition.
     pub without_ns: Vec<u64>,
-    /// The same with it.
+    /// Nanoseconds in all `step` calls together with the effect, one entry a repetition.
     pub with_ns: Vec<u64>,
     /// Shortest run with the effect over shortest run without it.
     pub ratio: f64,
     /// Bytes that the system with the effect holds more than without it; absent where no allocator
     /// could be asked.
     pub system_bytes: Option<i64>,
-    /// The same for the method after `prepare`.
+    /// Bytes that the method after `prepare` holds more with the effect than without it.
     pub method_bytes: Option<i64>,
 }
 

@@ -91,7 +91,7 @@ pub struct Bent {
     pub particles: usize,
     /// Drop of the free end over its reach, `H/W`; none if it reaches nowhere.
     pub drop_over_reach: Option<f64>,
-    /// The same of the exact inextensible strip.
+    /// Drop over reach of the exact inextensible strip.
     pub exact: f64,
     /// Greatest force on a particle over the weight of the heaviest.
     pub residual: f64,
@@ -126,9 +126,9 @@ pub struct Width {
     /// The rigidity `B` with which the exact strip bends as far, over the stiffness `k` of the
     /// model.
     pub rigidity_over_stiffness: f64,
-    /// The same ratio for a narrow strip, as derived.
+    /// Rigidity over stiffness of a narrow strip, as derived.
     pub narrow: f64,
-    /// The same ratio for a wide sheet, as derived.
+    /// Rigidity over stiffness of a wide sheet, as derived.
     pub wide: f64,
     /// As in [`Bent::residual`].
     pub residual: f64,

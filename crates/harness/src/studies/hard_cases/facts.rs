@@ -102,7 +102,7 @@ pub struct Case {
     pub duration_s: f64,
     /// `E_ref`, the energy that the scene sets free without damping, J.
     pub released_undamped_j: f64,
-    /// The same with damping, J.
+    /// `E_ref` with damping, J.
     pub released_damped_j: f64,
 }
 
@@ -140,8 +140,8 @@ pub struct Cell {
     pub drift: f64,
     /// Steps of all runs in which the energy rose by more than round-off.
     pub rises: u64,
-    /// Greatest allowance for round-off in that count over `E_ref`: it grows with `h²k/m`, and
-    /// where it is large the count says nothing.
+    /// Greatest allowance for round-off in the count of rises over `E_ref`: it grows with `h²k/m`,
+    /// and where it is large the count says nothing.
     pub round_off: f64,
     /// Steps of all runs.
     pub steps: u64,
@@ -155,7 +155,7 @@ pub struct Cell {
     pub unconverged_steps: u64,
     /// How far the unperturbed start strayed from its equilibrium, m; only where it is one.
     pub strayed_m: Option<f64>,
-    /// Greatest speed meanwhile, m/s.
+    /// Greatest speed of the unperturbed start meanwhile, m/s.
     pub strayed_m_per_s: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,

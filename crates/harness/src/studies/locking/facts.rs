@@ -43,14 +43,14 @@ pub struct Sheet {
     pub path_m: f64,
     /// How far the path changes, m, when the step of the reference is doubled.
     pub path_error_m: f64,
-    /// When the midpoint has fallen half as far as it falls at most within that second, s.
+    /// When the midpoint has fallen half as far as it falls at most within the first second, s.
     pub half_fall_s: f64,
     /// Step size of the reference, s.
     pub reference_step_s: f64,
     /// `u` at the midpoint, where `L_k u = k 1` with the pins at 0: the terminal speed of the law
     /// is `a u/(h k/m)`.
     pub lever: f64,
-    /// The same for the lowest swing of a sheet that is held along a whole edge: `1/λ`,
+    /// Lever of the lowest swing of a sheet that is held along a whole edge: `1/λ`,
     /// `λ = (π/2N)²`.
     pub swing_lever: f64,
     /// Same bits on every machine.

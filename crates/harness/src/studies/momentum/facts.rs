@@ -92,7 +92,8 @@ pub struct Row {
     pub angular_momentum_drift: Option<f64>,
     /// `|L|/|L_0|` at the end; `None` if the run was unstable.
     pub final_spin: Option<f64>,
-    /// The same by the exact law of the method, where there is one (two particles only).
+    /// `|L|/|L_0|` at the end by the exact law of the method, where there is one (two particles
+    /// only).
     pub law: Option<f64>,
     /// Greatest rise of the total energy above its start over the kinetic energy of the start;
     /// `None` if the run was unstable.

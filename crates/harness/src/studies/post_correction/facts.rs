@@ -37,13 +37,13 @@ pub struct Mesh {
     pub springs: usize,
     /// Stiffness over mass of the soft tension springs, 1/s².
     pub stiffness_over_mass_per_s2: f64,
-    /// That of the stiff sheet, the reference, 1/s².
+    /// Stiffness over mass of the stiff sheet, the reference, 1/s².
     pub reference_stiffness_over_mass_per_s2: f64,
     /// Damping over mass of the tension springs of both, 1/s.
     pub damping_over_mass_per_s: f64,
     /// Times at which positions are compared, s.
     pub time_s: Vec<f64>,
-    /// Motion of the stiff sheet, `‖x_ref − x_0‖_M/√M` at these times, m.
+    /// Motion of the stiff sheet, `‖x_ref − x_0‖_M/√M` at the times of the mesh, m.
     pub motion_m: Vec<f64>,
     /// Difference of the stiff sheet to itself with twice the step, over its motion.
     pub reference_error: Vec<f64>,
@@ -52,7 +52,7 @@ pub struct Mesh {
     /// Greatest elongation of a spring of the soft sheet without correction in the run, over its
     /// rest length.
     pub uncorrected_elongation: f64,
-    /// The same of the stiff sheet.
+    /// Greatest elongation of a spring of the stiff sheet in the run, over its rest length.
     pub reference_elongation: f64,
     /// Energy that the fall of the stiff sheet sets free, J.
     pub released_j: f64,
@@ -81,7 +81,8 @@ pub struct Row {
     pub step_s: f64,
     /// `‖x − x_ref‖_M/‖x_ref − x_0‖_M` at the times of the mesh, for the stiff sheet `x_ref`.
     pub distance: Vec<f64>,
-    /// The same distance to the run with forward sweeps; empty for that run itself.
+    /// Distance over the motion to the run with forward sweeps, at the times of the mesh; empty for
+    /// that run itself.
     pub order_distance: Vec<f64>,
     /// Energy that corrections took, summed, over that which the fall sets free.
     pub energy_taken: f64,
@@ -93,7 +94,7 @@ pub struct Row {
     /// `‖M a − f‖/‖f‖` of the trajectory over free particles, root of the mean square over the
     /// steps; `f` at the start of a step.
     pub residual: f64,
-    /// The same where each step is taken without its correction.
+    /// The residual where each step is taken without its correction.
     pub uncorrected_residual: f64,
     /// Greatest elongation of a spring at the end of a step, over its rest length.
     pub elongation: f64,

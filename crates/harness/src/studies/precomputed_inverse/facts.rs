@@ -38,10 +38,10 @@ pub struct Solver {
     pub matrix_nonzeros: usize,
     /// Entries of what is kept: of the inverse, of the factor's triangle.
     pub kept_nonzeros: usize,
-    /// Memory to keep and to make it, bytes: `2 n²` numbers for the inverse, 12 bytes an entry of a
-    /// factor (value and index).
+    /// Memory to make and to keep inverse or factor, bytes: `2 n²` numbers for the inverse, 12
+    /// bytes an entry of a factor (value and index).
     pub kept_bytes: u64,
-    /// Floating-point operations that make it, to leading order.
+    /// Floating-point operations of the set-up, to leading order.
     pub setup_operations: f64,
     /// Operations of a solve for three coordinates, to leading order: of CG at the tolerance of a
     /// step, mean over the run.
@@ -49,7 +49,7 @@ pub struct Solver {
     /// Mean number of CG iterations a step of the run that gives `solve_operations`; 0 for direct
     /// solvers.
     pub cg_per_step: f64,
-    /// Difference of its solution to the sparse factor's, relative, Euclidean; CG solves tightly
+    /// Difference of the solution to the sparse factor's, relative, Euclidean; CG solves tightly
     /// for it.
     pub disagreement: f64,
     /// Same bits on every machine.

@@ -46,7 +46,8 @@ pub struct Case {
     /// Error of the advised run where the cloth is pushed, m; `None` where it was not
     /// sound then.
     pub again_m: Option<f64>,
-    /// Error that counts as met then, m; `None` where the run was not measured then.
+    /// Error that counts as met where the cloth is pushed, m; `None` where the run was not measured
+    /// then.
     pub again_good_m: Option<f64>,
     /// Same bits on every machine.
     pub portable: bool,
@@ -109,13 +110,13 @@ pub struct TimingRow {
     pub target_m: f64,
     /// Time that the comparison was given, s.
     pub budget_s: f64,
-    /// Time that it took, s.
+    /// Time that the comparison took, s.
     pub seconds: f64,
     /// Whether the comparison had a true motion to rank by.
     pub is_trusted: bool,
     /// Label of the form that it advised; `None` where none met the target in that time.
     pub label: Option<String>,
-    /// Steps a frame.
+    /// Steps a frame of the advised form.
     pub substeps: u32,
     /// Time that the search took, s.
     pub search_s: f64,
@@ -126,14 +127,15 @@ pub struct TimingRow {
     /// Label of the fastest run that met the target in the search, timed in turns; `None` where
     /// none did.
     pub best: Option<String>,
-    /// Its steps a frame.
+    /// Steps a frame of the fastest run of the search.
     pub best_substeps: u32,
     /// Time a frame of the advice over that of the best, timed in turns; `None` where one of them
     /// is missing. Below 1 the comparison found a faster run than the search.
     pub regret: Option<f64>,
     /// Error of the advised run where the cloth is pushed, m; `None` where it was not sound then.
     pub again_m: Option<f64>,
-    /// Error that counts as met then, m; `None` where the run was not measured then.
+    /// Error that counts as met where the cloth is pushed, m; `None` where the run was not measured
+    /// then.
     pub again_good_m: Option<f64>,
     /// Time a frame of the best form by modelled time over its modelled time, which is that of
     /// another machine.

@@ -41,7 +41,7 @@ pub struct Scene {
     pub limit_steps: u32,
     /// Energy that the cloth sets free, J.
     pub released_j: f64,
-    /// Energy of springs and hinges at the start, over that.
+    /// Energy of springs and hinges at the start, over that which the cloth sets free.
     pub prestress: f64,
     /// Rest shapes that Newton's method finds from starts in waves, and the best of those to which
     /// a run came, if it is better.
@@ -89,12 +89,12 @@ pub struct Run {
     pub residual: Option<f64>,
     /// Root of the mean square speed at the end, m/s.
     pub speed_m_s: Option<f64>,
-    /// Potential energy of that rest shape, J.
+    /// Potential energy of the rest shape that Newton's method finds from the last surface, J.
     pub rest_energy_j: Option<f64>,
     /// Whether that shape is a minimum and no saddle; asked only if it is better than all that
     /// starts in waves lead to.
     pub is_minimum: Option<bool>,
-    /// Its energy above the least known, over the released energy.
+    /// Energy of that rest shape above the least known, over the released energy.
     pub excess_energy: Option<f64>,
     /// Greatest rise of the energy over the released energy.
     pub gain: f64,
@@ -128,6 +128,6 @@ pub struct TimingRow {
     pub steps: u32,
     /// Seconds in all calls of the method until it arrived, one entry a repetition.
     pub samples_s: Vec<f64>,
-    /// Median of them, s.
+    /// Median of the samples, s.
     pub seconds: f64,
 }

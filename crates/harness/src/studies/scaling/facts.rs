@@ -92,7 +92,7 @@ pub struct RunTiming {
     pub steps: u64,
     /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
     pub samples_ns: Vec<u64>,
-    /// Median of them over particles and steps, ns.
+    /// Median of the samples over particles and steps, ns.
     pub ns_per_particle_step: f64,
     /// Bytes that a step must move for each particle once the arrays have left the caches; absent
     /// where they are not counted.

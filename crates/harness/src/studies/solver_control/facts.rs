@@ -79,7 +79,7 @@ pub struct Run {
     pub matvecs: u64,
     /// Sweeps over the springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// All of it, weighed in sweeps over the springs: a product with the scalar matrix counts 2,
+    /// All work, weighed in sweeps over the springs. A product with the scalar matrix counts 2,
     /// with Newton's 3×3 blocks 6, a set-up of the scalar matrix 30, a factorisation of Newton's
     /// 1000, a solve with its factor 18.
     pub work_sweeps: u64,
@@ -123,7 +123,7 @@ pub struct TimingRow {
     pub value: Option<f64>,
     /// Raw samples of all steps together, ns.
     pub samples_ns: Vec<u64>,
-    /// Their median, s.
+    /// Median of the samples, s.
     pub median_s: f64,
 }
 

@@ -68,11 +68,11 @@ pub struct Row {
 pub struct PaperRow {
     /// CG iterations in one second.
     pub cg_iterations: u64,
-    /// Seconds in CG (MIPS R10000 at 250 MHz, as are the next two).
+    /// Seconds in CG on the paper's machine, a MIPS R10000 at 250 MHz.
     pub cg_s: f64,
-    /// Seconds in the set-up of the matrix.
+    /// Seconds in the set-up of the matrix on that machine.
     pub matrix_setup_s: f64,
-    /// Seconds of the whole solver.
+    /// Seconds of the whole solver on that machine.
     pub solver_s: f64,
 }
 
@@ -116,9 +116,9 @@ pub struct BestFit {
     pub variant: String,
     /// The ε of the sweep that fits best.
     pub forcing_term: f64,
-    /// Its count.
+    /// CG iterations in one second with that ε.
     pub cg_iterations: u64,
-    /// Its count over the paper's.
+    /// CG iterations with that ε over the paper's.
     pub ratio: f64,
 }
 
@@ -140,7 +140,7 @@ pub struct TimingRow {
     pub steps: u64,
     /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
     pub samples_ns: Vec<u64>,
-    /// Median of them, s.
+    /// Median of the samples, s.
     pub solver_s: f64,
     /// Seconds before the first step: allocation, first build of matrix and preconditioner.
     pub prepare_s: f64,

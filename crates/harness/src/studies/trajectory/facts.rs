@@ -46,24 +46,25 @@ pub struct Scene {
     /// Energy that the scene sets free: fall of the potential energy to its least at the end of a
     /// frame, J.
     pub released_j: f64,
-    /// Energy that the true motion loses, over that.
+    /// Energy that the true motion loses, over that which the scene sets free.
     pub dissipated: f64,
     /// 99th percentile of the strain of the true motion, mean over time.
     pub strain: f64,
     /// Distance of two true motions whose tolerances differ tenfold, over the motion.
     pub reference_error: f64,
-    /// The tighter of these tolerances.
+    /// The tighter of the two tolerances of the reference.
     pub reference_tolerance: f64,
     /// Number of true motions: one without noise, the others from starts whose particles are moved
     /// by up to 1 µm along the normal of the sheet. A run is held against the nearest.
     pub members: usize,
     /// Mean error of the motions with noise beside the one without: a smaller error means nothing.
     pub floor: f64,
-    /// The same of the distance of the surfaces, m.
+    /// Mean distance of the surfaces of the motions with noise to the one without, m.
     pub shape_floor_m: f64,
-    /// The same of the strain.
+    /// Mean error of the strain of the motions with noise beside the one without.
     pub strain_floor: f64,
-    /// The same of the energy at the end, over the energy that the scene sets free.
+    /// Mean error of the energy at the end of the motions with noise beside the one without, over
+    /// the energy that the scene sets free.
     pub energy_floor: f64,
     /// Most effort of a run, in visits of a spring.
     pub budget: f64,

@@ -56,7 +56,7 @@ pub struct Scene {
     /// Error of the reference, in the norm of all other errors: distance of two solutions whose
     /// tolerances differ tenfold, over the motion.
     pub reference_error: f64,
-    /// The tighter of these tolerances.
+    /// The tighter of the two tolerances of the reference.
     pub reference_tolerance: f64,
     /// Most effort of a run, in visits of a spring.
     pub budget: f64,
@@ -145,19 +145,19 @@ pub struct Beside {
 pub struct Winner {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// The error is at most this.
+    /// Level of error: that of the winner is at most this.
     pub level: f64,
     /// As in [`Row::label`]; `None` where no run gets there.
     pub label: Option<String>,
     /// Whether stiffness limits its step: an explicit method.
     pub is_explicit: Option<bool>,
-    /// Value of its knob, as in [`Run::value`].
+    /// Value of the winner's knob, as in [`Run::value`].
     pub value: Option<f64>,
-    /// Its modelled time, s.
+    /// Modelled time of the winner, s.
     pub modelled_s: Option<f64>,
     /// The cheapest row of another method.
     pub runner_up: Option<String>,
-    /// Its modelled time over that of the winner.
+    /// Modelled time of the runner-up over that of the winner.
     pub ratio: Option<f64>,
     /// Rows of other methods whose modelled time is so near that the order is not known: a tie.
     pub tied: Vec<Tied>,
@@ -171,7 +171,7 @@ pub struct Tied {
     pub label: String,
     /// As in [`Winner::is_explicit`].
     pub is_explicit: bool,
-    /// Its modelled time over that of the winner, below [`LEAD`].
+    /// Modelled time of the tied row over that of the winner, below [`LEAD`].
     pub ratio: f64,
 }
 
@@ -187,7 +187,7 @@ pub struct TimingRow {
     pub value: f64,
     /// Nanoseconds of the whole run, one entry a repetition: set-up and all steps.
     pub samples_ns: Vec<u64>,
-    /// Median of them, s.
+    /// Median of the samples, s.
     pub seconds: f64,
     /// Error of the run that was timed, as in [`Run::error`].
     pub error: f64,

@@ -20,8 +20,8 @@ const SEARCH: Duration = Duration::from_secs(90);
 /// A form ends in the search once it takes this many times as long as the best: twice as many as
 /// in the comparison.
 const WIDER: f64 = 2.0 * DOMINATED;
-/// Longest simulated time of a bundled scene, s: 30 frames.
-const LONGEST_S: f64 = 0.5;
+/// Simulated time of a bundled scene that names none, s: 30 frames.
+const USUAL_S: f64 = 0.5;
 /// Forms of the search that are timed in turns with the advice.
 const RIVALS: usize = 4;
 /// How often each is timed at least and at most. After so many seconds no further turn begins.
@@ -43,25 +43,25 @@ pub(super) struct Trial<'a> {
 pub(in crate::studies::regret) fn timing() -> String {
     let [fewest, most] = TURNS;
     format!(
-        "`drape compare` with its default options, so that it has {} s: on the first {LONGEST_S} \
-         s of every bundled scene, on the scenes above with their two targets, and on scenes with \
-         contact, friction, wind and bending by angles on which nothing was tuned either. The \
-         target is a hundredth of the cloth's longest side where no other is named. The search is \
-         the same comparison with {} s, which stops a form only once it takes {WIDER} times as \
-         long as the best; it is no proof where it could not run all forms to their end. Then \
-         runs are timed in turns: the advised one, and the fastest run of each form that met the \
-         target in the search, of up to {RIVALS} forms that the search took to be at most {TIE} \
-         times as slow as its fastest. Each is timed {fewest} to {most} times, by runs that are \
-         repeated for at least a fiftieth of a second; after {TURNS_S} s no third or later turn \
-         begins. The least time counts. The best is the fastest of these runs that met the target \
-         in the search. Regret is the time of the advised run over that of the best, so that it \
-         is below 1 where the comparison found a faster run than the search; without a best or an \
-         advice there is none. Without a true motion for the search there is none either. The \
-         best run by modelled time is timed beside them and compared with its modelled time \
-         alone. The advised run is measured again on the pushed cloth, with another true motion, \
-         for both of which {} s are given: it meets the target, misses it, or was not measured \
-         because they did not suffice. Where the search finds a run that meets the target and the \
-         comparison none, the target is missed.",
+        "`drape compare` with its default options, so that it has {} s: on every bundled scene, \
+         on the scenes above with their two targets, and on scenes with contact, friction, wind \
+         and bending by angles on which nothing was tuned either. The target is a hundredth of \
+         the cloth's longest side where no other is named. The search is the same comparison with \
+         {} s, which stops a form only once it takes {WIDER} times as long as the best; it is no \
+         proof where it could not run all forms to their end. Then runs are timed in turns: the \
+         advised one, and the fastest run of each form that met the target in the search, of up \
+         to {RIVALS} forms that the search took to be at most {TIE} times as slow as its fastest. \
+         Each is timed {fewest} to {most} times, by runs that are repeated for at least a \
+         fiftieth of a second; after {TURNS_S} s no third or later turn begins. The least time \
+         counts. The best is the fastest of these runs that met the target in the search. Regret \
+         is the time of the advised run over that of the best, so that it is below 1 where the \
+         comparison found a faster run than the search; without a best or an advice there is \
+         none. Without a true motion for the search there is none either. The best run by \
+         modelled time is timed beside them and compared with its modelled time alone. The \
+         advised run is measured again on the pushed cloth, with another true motion, for both of \
+         which {} s are given: it meets the target, misses it, or was not measured because they \
+         did not suffice. Where the search finds a run that meets the target and the comparison \
+         none, the target is missed.",
         BUDGET.as_secs(),
         SEARCH.as_secs(),
         SEARCH.as_secs()
@@ -99,11 +99,11 @@ pub(super) fn trials<'a>(questions: &'a [Question], cases: &'a [Case]) -> Vec<Tr
     trials
 }
 
-/// The part of a bundled scene that is run, s.
+/// Simulated time of a bundled scene, s.
 fn duration(name: &str) -> f64 {
     let input = drape_model::load(name).ok();
     let whole = input.as_ref().and_then(|input| input.scene()).map(|scene| scene.time.duration_s);
-    whole.map_or(LONGEST_S, |whole| whole.min(LONGEST_S))
+    whole.unwrap_or(USUAL_S)
 }
 
 /// A run that is timed in turns.
