@@ -143,7 +143,7 @@ fn leads(wins: &[(f64, Option<&Winner>)]) -> String {
             Some(winner) => {
                 format!("`{}`{} at {at}", winning(winner), ties(winner, 2, (" (tie: ", ")")))
             }
-            None => format!("none at {at}, for noise"),
+            None => format!("none at {at} (noise)"),
         }
     };
     wins.iter().map(part).collect::<Vec<_>>().join(", ")
