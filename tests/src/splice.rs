@@ -7,7 +7,7 @@ use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
-use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, winning, wins};
+use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -75,7 +75,6 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         all.iter().filter(|other| **other == standing).count().to_string()
     };
     let motions: Facts = uses::facts(results, "trajectory")?;
-    let leads = |damping| leads(&wins(&motions, damping, LEVEL));
     let decided: Vec<_> = motions.winners.iter().filter(|w| w.level == LEVEL).collect();
     let ties = decided.iter().filter(|winner| !tied(winner).is_empty()).count();
     let runs = rows(results, "locking", "/facts/runs")?;
@@ -102,8 +101,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("expectations-hold", with(&expected, Standing::Holds)),
         ("expectations-fail", with(&expected, Standing::Fails)),
         ("method-count", methods::all().count().to_string()),
-        ("leads-light", leads(DAMPINGS[0])),
-        ("leads-heavy", leads(DAMPINGS[1])),
+        ("leads", leads(&motions)),
         ("ties", format!("{ties} of {}", decided.len())),
         ("winners", winner_table(&motions)),
         ("imex-euler-kept", kept("imex-euler")?),
@@ -135,22 +133,34 @@ fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, Strin
     rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
 }
 
-/// Who leads at which stiffness and who ties, as a part of a sentence.
-fn leads(wins: &[(f64, Option<&Winner>)]) -> String {
-    let part = |(stiffness, winner): &(f64, Option<&Winner>)| {
-        let at = power(*stiffness);
-        match winner {
-            Some(winner) => {
-                format!("`{}`{} at {at}", winning(winner), ties(winner, 2, (" (tie: ", ")")))
-            }
-            None => format!("none at {at} (noise)"),
-        }
+/// Who leads for an error of [`LEVEL`] at which stiffness, with how many ties.
+fn leads(facts: &Facts) -> String {
+    let cell = |winner: Option<&Winner>| match winner.map(|winner| (winner, tied(winner).len())) {
+        Some((winner, 0)) => named(winner),
+        Some((winner, more)) => format!("{} +{more}", named(winner)),
+        None => "noise".to_owned(),
     };
-    wins.iter().map(part).collect::<Vec<_>>().join(", ")
+    let mut rows = Vec::new();
+    for damping in DAMPINGS {
+        let wins = wins(facts, damping, LEVEL);
+        if rows.is_empty() {
+            let at: Vec<String> = wins.iter().map(|(stiffness, _)| power(*stiffness)).collect();
+            rows.push(format!("| k/m (s⁻²) | {} |", at.join(" | ")));
+            rows.push(format!("|---|{}", "---|".repeat(at.len())));
+        }
+        let cells: Vec<String> = wins.iter().map(|(_, winner)| cell(*winner)).collect();
+        rows.push(format!("| {damping} | {} |", cells.join(" | ")));
+    }
+    format!("\n{}\n", rows.join("\n"))
 }
 
-/// The names of some methods that tie with a winner, and the number of others, between two texts.
-fn ties(winner: &Winner, most: usize, (before, after): (&str, &str)) -> String {
+/// The form of a winner; none where no run gets there.
+fn named(winner: &Winner) -> String {
+    winner.label.as_ref().map_or_else(|| "none".to_owned(), |label| format!("`{label}`"))
+}
+
+/// The names of some methods that tie with a winner, and the number of others.
+fn ties(winner: &Winner, most: usize) -> String {
     let tied = tied(winner);
     if tied.is_empty() {
         return String::new();
@@ -158,7 +168,7 @@ fn ties(winner: &Winner, most: usize, (before, after): (&str, &str)) -> String {
     let names: Vec<_> = tied.iter().take(most).map(|name| format!("`{name}`")).collect();
     let more = tied.len().saturating_sub(most);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    format!("{before}{}{more}{after}", names.join(", "))
+    format!("; tie: {}{more}", names.join(", "))
 }
 
 /// Winners on the hanging sheet, with those that tie.
@@ -167,7 +177,7 @@ fn winner_table(facts: &Facts) -> String {
                     |---|---|---|---|---|\n"
         .to_owned();
     let cell = |winner: &Option<&Winner>| match winner {
-        Some(winner) => format!("**`{}`**{}", winning(winner), ties(winner, 3, ("; tie: ", ""))),
+        Some(winner) => format!("**{}**{}", named(winner), ties(winner, 3)),
         None => "too noisy to rank".to_owned(),
     };
     let mut dampings: Vec<&str> = Vec::new();

@@ -91,7 +91,7 @@ enum Command {
     Merge(cmd::merge::Arguments),
     /// Draw figures, report and index page from the records in a folder
     Report(cmd::report::Arguments),
-    /// Write the facts of records as tables (CSV), one number a row
+    /// Write the facts of records as tables (CSV or Parquet), one number a row
     Export(cmd::export::Arguments),
     /// Print the JSON Schema of a file format
     Schema(cmd::schema::Arguments),

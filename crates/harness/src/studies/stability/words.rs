@@ -138,12 +138,13 @@ fn pair(facts: &Facts) -> Option<String> {
 fn theorem(facts: &Facts) -> Option<String> {
     let greatest = facts.cells.iter().filter(|cell| cell.label == EXACT).map(|cell| cell.gain);
     let greatest = greatest.reduce(f64::max)?;
+    let rise = if greatest > 0.0 {
+        format!("rises by at most {} of E_ref", significant(greatest, 3))
+    } else {
+        "never rises".to_owned()
+    };
     let verdict = if greatest <= ROUND_OFF { "holds" } else { "is broken" };
-    Some(format!(
-        "The energy theorem of IMEX Euler, solved tightly, {verdict}: the energy rises by at most \
-         {} of E_ref.",
-        significant(greatest, 3)
-    ))
+    Some(format!("The energy theorem of IMEX Euler, solved tightly, {verdict}: the energy {rise}."))
 }
 
 /// The sheet, where theory is a bound.

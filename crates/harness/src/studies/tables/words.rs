@@ -117,8 +117,9 @@ fn gaining(rows: &[Row]) -> Option<String> {
     (all > 0).then(|| match count {
         0 => "No run of these rows gains energy.".to_owned(),
         _ => format!(
-            "A count that fits proves no good solution: {count} of {all} runs gain energy, \
-             {printed} of them with updated CG as printed."
+            "A count that fits proves no good solution: {count} of {all} runs gain energy, {} of \
+             them with updated CG as printed.",
+            if printed == count { "all".to_owned() } else { printed.to_string() }
         ),
     })
 }

@@ -25,7 +25,8 @@ pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = if conclusions.is_empty() {
         format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL, 1))
     } else {
-        let wins = "A method wins if its modelled time is the least for an error of";
+        let wins = "A kind wins where its best method needs less than half of the modelled time of \
+                    the other's, for an error of";
         format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL, 1))
     };
     let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
