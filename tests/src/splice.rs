@@ -6,9 +6,11 @@
 use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
+use drape_harness::studies::regret::facts as regret;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
 use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
+use drape_report::number::median;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -89,6 +91,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         Ok::<_, String>(format!("{:.0} %", 100.0 * share))
     };
     let timings: Vec<TimingRow> = uses::timings(results, "work-precision")?;
+    let regret = regret(&uses::timings::<regret::TimingRow>(results, "regret")?)?;
     let engines = results.join("engines");
     let of_engine = |study: &str, list: &str| rows(&engines, study, &format!("/facts/{list}"));
     Ok(BTreeMap::from([
@@ -102,6 +105,8 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("expectations-fail", with(&expected, Standing::Fails)),
         ("method-count", methods::all().count().to_string()),
         ("leads", leads(&motions)),
+        ("regret-met", regret[0].clone()),
+        ("regret-ratio", regret[1].clone()),
         ("ties", format!("{ties} of {}", decided.len())),
         ("winners", winner_table(&motions)),
         ("imex-euler-kept", kept("imex-euler")?),
@@ -131,6 +136,24 @@ fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, Strin
     let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
     let rows = record.pointer(pointer).and_then(Value::as_array);
     rows.cloned().ok_or_else(|| format!("{}: no list {pointer}", path.display()))
+}
+
+/// How often the advice met its target by the clock, and what it cost beside the best form.
+fn regret(rows: &[regret::TimingRow]) -> Result<[String; 2], String> {
+    let measured = rows.iter().filter_map(|row| {
+        let good = row.again_good_m?;
+        Some(row.again_m.is_some_and(|error| error <= good))
+    });
+    let lost = rows.iter().filter(|row| row.label.is_none() && row.best.is_some()).count();
+    let (all, met) =
+        measured.fold((lost, 0), |(all, met), is_met| (all + 1, met + usize::from(is_met)));
+    let regrets = || rows.iter().filter_map(|row| row.regret);
+    let worst = regrets().reduce(f64::max).ok_or("regret: no case was judged by the clock")?;
+    let middle = median(regrets()).unwrap_or(worst);
+    Ok([
+        format!("{met} of {all}"),
+        format!("{middle:.2} times the best form's time in the median, {worst:.2} at most"),
+    ])
 }
 
 /// Who leads for an error of [`LEVEL`] at which stiffness, with how many ties.

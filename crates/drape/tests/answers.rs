@@ -71,6 +71,30 @@ fn a_cloth_that_moves_is_stable() {
     }
 }
 
+/// A flag in gusts, on which wind does work all the time: a run that is held back is locked, or says
+/// what stands against it, and is never plainly stable.
+#[test]
+fn a_flag_that_is_held_back_in_the_wind_is_not_stable() {
+    let by_scene: &[&str] = &[];
+    for more in [by_scene, &["--dt", "0.01"], &["--dt", "0.01", "--duration", "1"]] {
+        for method in ["imex-euler", "desbrun"] {
+            let (held, line, _) = verdict("flag", &[&["--method", method], more].concat());
+            assert!(matches!(held.kind, Judged::Locked | Judged::Unknown), "{line}");
+            assert!(line.contains("it kept ") && line.contains("theory expects "), "{line}");
+            assert!(held.share.unwrap() < 0.75 && held.expected_share.unwrap() < 0.75, "{line}");
+        }
+    }
+    let (_, line, said) = verdict("flag", &["--method", "imex-euler", "--dt", "0.01"]);
+    assert!(line.starts_with("verdict: locked: "), "{line}");
+    assert!(said.contains("the cloth will lock"), "{said}");
+    for (method, step) in [("imex-updated", "0.01"), ("xpbd", "0.01"), ("leapfrog", "5e-4")] {
+        let more = ["--method", method, "--dt", step, "--duration", "0.5"];
+        let (moving, line, said) = verdict("flag", &more);
+        assert!(matches!(moving.kind, Judged::Stable | Judged::Unknown), "{line}");
+        assert!(moving.share.unwrap() > 0.75 && !said.contains("will lock"), "{line}{said}");
+    }
+}
+
 /// A free sheet that spins: nothing outside may take its angular momentum, so what is lost is the
 /// method's doing.
 #[test]
@@ -250,6 +274,117 @@ fn probes_write_series_that_read_back() {
     assert!(series.starts_with("time_s,energy_gravity_j,") && series.lines().count() == 22);
 }
 
+/// Two pieces, each with a particle inside its boundary.
+#[test]
+fn probes_follow_the_groups_and_boundaries_that_an_inspection_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mesh = String::new();
+    for x in [0.0, 3.0] {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        for (dx, y) in corners {
+            mesh += &format!("v {} {y} 0\n", x + dx);
+        }
+        mesh += &format!("v {} 0.5 0.1\n", x + 0.5);
+    }
+    for first in [1, 6] {
+        for corner in 0..4 {
+            let (a, b) = (first + corner, first + (corner + 1) % 4);
+            mesh += &format!("f {a} {b} {}\n", first + 4);
+        }
+    }
+    let scene = serde_json::json!({
+        "format": "drape-scene/1", "name": "two", "description": "", "assumed": [],
+        "cloth": { "mesh": { "file": "two.obj", "areal_density_kg_m2": 0.2 } },
+        "effects": {
+            "tension": { "stiffness_n_per_m": 50 },
+            "gravity": { "m_s2": [0, 0, -9.81] }
+        },
+        "pins": [{ "near_m": [0, 0, 0] }],
+        "time": { "step_s": 0.001, "duration_s": 0.2 }
+    });
+    std::fs::write(folder.path().join("two.obj"), mesh).unwrap();
+    std::fs::write(folder.path().join("two.json"), scene.to_string()).unwrap();
+    let inspected = drape(folder.path(), &["inspect", "two.json", "--json"]);
+    let inspected: serde_json::Value = serde_json::from_slice(&inspected.stdout).unwrap();
+    assert_eq!(inspected["groups"], 2);
+    assert_eq!(inspected["boundaries"], 2);
+    let run = ["run", "two.json", "--method", "leapfrog", "--out", "run.json"];
+    let parts = ["group:0", "group:1", "boundary:0", "boundary:1"];
+    let probes = parts.map(|part| ["--probe", part]).concat();
+    let output = drape(folder.path(), &[&run[..], &probes[..], &["--probe-out", "p.csv"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let record: Run = drape_report::file::read_json(&folder.path().join("run.json")).unwrap();
+    let table = std::fs::read_to_string(folder.path().join("p.csv")).unwrap();
+    let table: Vec<_> = table.lines().map(fields).collect();
+    assert_eq!(table[0].len(), 1 + 3 * parts.len());
+    let end = &record.final_state.position_m;
+    for (part, particles) in parts.iter().zip([0..5_usize, 5..10, 0..4, 5..9]) {
+        for (axis, name) in ["x_m", "y_m", "z_m"].iter().enumerate() {
+            let name = format!("{}_{name}", part.replace(':', "_"));
+            let column = table[0].iter().position(|column| *column == name).unwrap();
+            let told: f64 = table.last().unwrap()[column].parse().unwrap();
+            let sum: f64 = particles.clone().map(|i| end[i][axis]).sum();
+            let mean = sum / particles.len() as f64;
+            assert!((told - mean).abs() < 1e-12, "{name}: {told} {mean}");
+        }
+    }
+    for (part, said) in [
+        ("group:2", "group:N with N from 0 to 1: of this kind the scene has 2"),
+        ("boundary:2", "boundary:N with N from 0 to 1: of this kind the scene has 2"),
+    ] {
+        let probe = ["--probe", part, "--probe-out", "q.csv"];
+        let output = drape(folder.path(), &[&run[..], &probe].concat());
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(said), "{message}");
+    }
+}
+
+/// The heights of the free edge's midpoint in the record of `course` come from a user's own run,
+/// for methods whose bits are the same on every machine.
+#[test]
+fn a_probe_redraws_the_heights_that_the_course_records() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/course.json");
+    let record: serde_json::Value = drape_report::file::read_json(&file).unwrap();
+    let rows = |value: &serde_json::Value| value.as_array().unwrap().clone();
+    let numbers = |value: &serde_json::Value| -> Vec<f64> {
+        rows(value).iter().map(|number| number.as_f64().unwrap()).collect()
+    };
+    let (scenes, lessons) = (rows(&record["facts"]["scenes"]), rows(&record["facts"]["lessons"]));
+    for (id, name) in [
+        ("imex-euler", "hanging-textile-sheared-1e4"),
+        ("imex-euler", "hanging-textile-sheared-1e6"),
+        ("leapfrog", "hanging-textile-sheared-1e4"),
+    ] {
+        let scene = scenes.iter().find(|scene| scene["id"] == name).unwrap();
+        let lesson = lessons.iter().find(|lesson| lesson["id"] == id).unwrap();
+        let runs = rows(&lesson["runs"]);
+        let recorded = runs.iter().find(|run| run["scene"] == name).unwrap();
+        assert_eq!(recorded["portable"], true);
+        let sheet = drape_harness::bundled(name).unwrap();
+        let middle = drape_harness::free_edge_midpoint(&sheet).unwrap().to_string();
+        let time = ["step_s", "duration_s"].map(|key| scene[key].to_string());
+        let (start, method) = (format!("course/{name}"), lesson["method"].as_str().unwrap());
+        let run = ["run", &start, "--method", method, "--dt", &time[0], "--duration", &time[1]];
+        let probe = ["--probe", &middle, "--probe-out", "p.csv"];
+        let output = drape(folder.path(), &[&run[..], &probe].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let table = std::fs::read_to_string(folder.path().join("p.csv")).unwrap();
+        let table: Vec<_> = table.lines().map(fields).collect();
+        let height = format!("particle_{middle}_z_m");
+        let height = table[0].iter().position(|column| *column == height).unwrap();
+        let rows: Vec<[f64; 2]> =
+            table[1..].iter().map(|row| [0, height].map(|i| row[i].parse().unwrap())).collect();
+        let (times, heights) = (numbers(&scene["time_s"]), numbers(&recorded["height_m"]));
+        assert_eq!((times.len(), heights.len()), (41, 41));
+        for (time, height) in times.iter().zip(heights) {
+            let row = rows.iter().find(|row| (row[0] - time).abs() < 1e-9).unwrap();
+            assert!((row[1] - height).abs() < 1e-9, "{id} at {time} s: {} {height}", row[1]);
+        }
+    }
+}
+
 /// The ending of the file chooses what is written, so another ending is no choice.
 #[test]
 fn a_record_is_refused_where_its_ending_names_no_format() {
@@ -272,6 +407,8 @@ fn probes_that_cannot_be_are_refused_before_the_run() {
     for (more, named) in [
         (&["--probe", "400", "--probe-out", "p.csv"][..], "a particle from 0 to 399"),
         (&["--probe", "colour", "--probe-out", "p.csv"], "pins, stretch, lowest, energy"),
+        (&["--probe", "group:1", "--probe-out", "p.csv"], "0 to 0: of this kind the scene has 1"),
+        (&["--probe", "boundary:x", "--probe-out", "p.csv"], "boundary:N with N from 0 to 0"),
         (&["--probe", "pins"], "`--probe-out FILE` beside it"),
         (&["--probe-out", "p.csv"], "`--probe WHAT` beside it"),
         (&["--probe", "pins", "--probe-out", "p.txt"], "ends in .csv or .json"),

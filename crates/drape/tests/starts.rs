@@ -41,6 +41,22 @@ fn a_start_is_printed_and_run_again_with_the_bits_of_the_study() {
     }
 }
 
+/// Systems of which a record has no hash are printed and run again, too.
+#[test]
+fn stiff_and_pushed_systems_are_printed_and_run_again() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in ["post-correction/grid, stiff", "regret/strip, pushed"] {
+        let printed = drape(&["system", scene]);
+        assert!(printed.status.success(), "{}", String::from_utf8_lossy(&printed.stderr));
+        let file = folder.path().join("system.json");
+        std::fs::write(&file, &printed.stdout).unwrap();
+        let by_name = run(scene, &folder.path().join("name.json"));
+        let by_file = run(file.to_str().unwrap(), &folder.path().join("file.json"));
+        assert_eq!(by_name.final_state, by_file.final_state, "{scene}");
+        assert_eq!(by_name.scene_hash, by_file.scene_hash, "{scene}");
+    }
+}
+
 #[test]
 fn starts_are_listed_and_a_wrong_name_is_refused_with_the_right_ones() {
     let listed = drape(&["list", "study-scenes"]);
@@ -49,6 +65,14 @@ fn starts_are_listed_and_a_wrong_name_is_refused_with_the_right_ones() {
         text.lines().count() > 200 && text.lines().any(|line| line == "order/smooth"),
         "{text}"
     );
+    for line in [
+        "scaling/k/m fixed n=1000000",
+        "post-correction/triangles, stiff",
+        "regret/strip, pushed",
+        "regret/flag, pushed",
+    ] {
+        assert!(text.lines().any(|listed| listed == line), "{line}");
+    }
     // The beginning of a study's name will do where only one begins so.
     let scene = "hanging light 1e2 n=400";
     let [whole, begun] =

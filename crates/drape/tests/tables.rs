@@ -38,18 +38,16 @@ fn export(folder: &Path, format: &str, more: &[&str]) -> PathBuf {
     out
 }
 
-/// Every entry of every table, by three readers in both formats.
+/// Every entry of every table of all committed records, by three readers in both formats.
 #[test]
 fn pandas_polars_and_duckdb_read_the_same_tables() {
     let Some(python) = python("pandas, polars, duckdb, pyarrow") else { return };
     let folder = tempfile::tempdir().unwrap();
-    // The other records are longer and have no other columns. Among these are timings and engines.
-    let only = ["--only", "locking,claims,order,momentum,tables,hard-cases,rest,peers"];
-    let folders = ["csv", "parquet"].map(|format| export(folder.path(), format, &only));
+    let folders = ["csv", "parquet"].map(|format| export(folder.path(), format, &[]));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/read_tables.py");
     let output = run(Command::new(python).arg(script).args(&folders));
     let entries: u64 = String::from_utf8_lossy(&output.stdout).trim().parse().unwrap();
-    assert!(entries > 1_000_000, "{entries}");
+    assert!(entries > 40_000_000, "{entries}");
 }
 
 /// Without Python: the files are there, with the marks of their format, and the same each time.
@@ -71,6 +69,55 @@ fn all_records_are_written_as_parquet() {
         }
     }
     assert_eq!(std::fs::read_dir(&second).unwrap().count(), names.len());
+}
+
+/// A comparison is a record like all others: its runs have scene, method and verdict, and each metric
+/// has a meaning.
+#[test]
+fn a_comparison_is_exported_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let drape = |words: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
+        command.args(words.split(' ')).current_dir(folder.path()).output().unwrap()
+    };
+    let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    let asked =
+        "compare oscillator --methods leapfrog,midpoint --duration 0.1 --budget 30s --out here";
+    for words in [asked, "export here", "export here --only compare --out only"] {
+        let output = drape(words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{words}: {said}");
+    }
+    let table = text("here/csv/compare.csv");
+    assert_eq!(table, text("only/compare.csv"));
+    assert_eq!(std::fs::read_dir(folder.path().join("only")).unwrap().count(), 2);
+    for method in ["leapfrog", "midpoint"] {
+        let is_run = |line: &&str| {
+            line.starts_with("compare,") && line.contains("runs[") && line.contains("oscillator,2,")
+        };
+        let mut runs = table.lines().filter(is_run);
+        assert!(runs.any(|line| line.contains(&format!(",{method},"))), "{method}: {table}");
+    }
+    assert!(table.lines().any(|line| line.contains(",error_m,")), "{table}");
+    // The length of a frame is no cost of a run.
+    let is_frame = |line: &&str| line.starts_with("compare,scene;") && line.contains(",frame_s,");
+    let fields: Vec<&str> = table.lines().find(is_frame).unwrap().split(',').collect();
+    assert_eq!((fields[8], fields[12], fields[13]), ("frame_s", "", ""), "{fields:?}");
+    let dictionary = text("here/csv/dictionary.csv");
+    for (metric, meaning) in [
+        ("substeps,metric", "Steps a frame"),
+        ("budget_s,metric", "Wall time that may be spent"),
+        ("members,metric", "Number of true motions"),
+        ("seconds,metric", "Wall time of all"),
+    ] {
+        let line = dictionary.lines().find(|line| line.starts_with(metric)).expect(metric);
+        assert!(line.contains(meaning) && line.ends_with(",compare"), "{line}");
+    }
+    assert!(!dictionary.contains("number of this name in the record"), "{dictionary}");
+    // A folder without a comparison has nothing to export.
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let nothing = drape("export empty --only compare");
+    assert_eq!(nothing.status.code(), Some(2), "{}", String::from_utf8_lossy(&nothing.stderr));
 }
 
 /// The command says which tables it wrote, and which record it could not read.

@@ -1,7 +1,8 @@
 //! The numbers of committed records as tidy tables: one number a row.
 //!
-//! A study has a table of its facts. Times on one machine, and facts of solvers outside drape, have
-//! tables of their own where such records are there: see [`Part`].
+//! A study has a table of its facts, and so has the record of `drape compare`. Times on one machine,
+//! and facts of solvers outside drape, have tables of their own where such records are there: see
+//! [`Part`].
 //!
 //! A record holds lists of cells, each a JSON object. A cell names itself by words (its label, its
 //! series, …) and holds numbers. Each number becomes a row that repeats what a reader filters by:
@@ -14,11 +15,12 @@
 //! lacks come from there. Where it has a label alone, its method comes from the facts that have the
 //! same label.
 
-use crate::studies;
+use crate::{compare, studies};
 use drape_report::number::median;
 use drape_report::{
     Provenance, Record, RecordError, ReportError, Timings, read_record, read_timings,
 };
+use schemars::schema_for;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -26,7 +28,12 @@ use std::path::Path;
 
 /// The columns of a table with their units and meanings.
 pub const COLUMNS: [(&str, &str, &str); 17] = [
-    ("study", "", "name of the study, as `drape experiment` takes it, or of what else was timed"),
+    (
+        "study",
+        "",
+        "name of the study, as `drape experiment` takes it, or of what else was timed; `compare` for \
+         the record of `drape compare`",
+    ),
     (
         "cell",
         "",
@@ -51,7 +58,8 @@ pub const COLUMNS: [(&str, &str, &str); 17] = [
         "s",
         "time of the run that the row is about, as `cost_of` says: among facts modelled, which is \
          counted work at prices that are part of the source; among timings measured, the median \
-         of the repetitions; empty where none is recorded",
+         of the repetitions; in the table `compare` measured, the least of them; empty where none \
+         is recorded",
     ),
     (
         "cost_of",
@@ -154,8 +162,8 @@ impl Table {
 /// Lists of coordinates for pictures, which are no measurements: `positions` of whole cloths.
 const NO_METRIC: [&str; 1] = ["position_m"];
 
-/// Reads all records of the studies below `results`, and of whatever else was timed there; with
-/// names in `only`, those of these names alone.
+/// Reads all records of the studies below `results`, of whatever else was timed there, and that of
+/// `drape compare`; with names in `only`, those of these names alone.
 ///
 /// # Errors
 /// [`ReportError`] when a record cannot be read, or is another one than its place says.
@@ -169,9 +177,11 @@ pub fn tables(results: &Path, only: &[String]) -> Result<Vec<Table>, ReportError
     Ok(tables)
 }
 
-/// Names of the studies in their order, and of other records of timings and engines.
+/// Names of the studies in their order, of a comparison, and of other records of timings and
+/// engines.
 fn names(results: &Path) -> Result<Vec<String>, RecordError> {
     let mut names: Vec<_> = studies::all().iter().map(|study| study.name().to_owned()).collect();
+    names.push(compare::NAME.to_owned());
     for part in [Part::Timings, Part::Engines] {
         for name in files(&results.join(part.folder()))? {
             if !names.contains(&name) {
@@ -206,7 +216,10 @@ fn files(folder: &Path) -> Result<BTreeSet<String>, RecordError> {
 /// The tables of a study.
 fn of(results: &Path, study: &str) -> Result<Vec<Table>, ReportError> {
     let engines = results.join(Part::Engines.folder());
-    let facts: Option<Record<Value>> = read_record(results, study)?;
+    let mut facts: Option<Record<Value>> = read_record(results, study)?;
+    if let Some(record) = facts.as_mut().filter(|_| study == compare::NAME) {
+        name_runs(&mut record.facts);
+    }
     let engines: Option<Record<Value>> = read_record(&engines, study)?;
     let timings: Option<Timings<Value>> = read_timings(results, study)?;
     let mut tables = Vec::new();
@@ -214,6 +227,24 @@ fn of(results: &Path, study: &str) -> Result<Vec<Table>, ReportError> {
     tables.extend(timings.map(|timings| of_timings(&timings, facts.as_ref())));
     tables.extend(engines.map(|record| of_record(Part::Engines, &record)));
     Ok(tables)
+}
+
+/// Writes scene, label and method into the runs of a comparison, each of which names its form by a
+/// number alone.
+fn name_runs(facts: &mut Value) {
+    let scene = facts.pointer("/scene/name").cloned().unwrap_or_default();
+    let forms = facts.get("forms").cloned().unwrap_or_default();
+    let runs = facts.get_mut("runs").and_then(Value::as_array_mut).into_iter().flatten();
+    for run in runs.filter_map(Value::as_object_mut) {
+        let place = run.get("form").and_then(Value::as_u64);
+        let form = place.and_then(|place| forms.get(usize::try_from(place).ok()?));
+        for key in ["label", "method"] {
+            if let Some(word) = form.and_then(|form| form.get(key)) {
+                run.insert(key.to_owned(), word.clone());
+            }
+        }
+        run.insert("scene".to_owned(), scene.clone());
+    }
 }
 
 /// The table of a record of facts.
@@ -273,6 +304,10 @@ fn scenes(facts: &Value) -> BTreeMap<&str, Scene<'_>> {
             }
         }
     }
+    // A comparison has one scene.
+    let only = facts.get("scene").and_then(Value::as_object);
+    let name = only.and_then(|scene| scene.get("name")).and_then(Value::as_str);
+    scenes.extend(name.zip(only).map(|(name, scene)| (name, (name, scene))));
     scenes
 }
 
@@ -319,6 +354,7 @@ fn split(whole: &str) -> (&str, &str) {
 }
 
 /// What all cells of a record share.
+#[derive(Clone)]
 struct Frame<'a> {
     study: &'a str,
     commit: &'a str,
@@ -355,7 +391,10 @@ impl Frame<'_> {
         for (list, value) in facts {
             match value {
                 Value::Array(cells) => self.cells(list, cells, &mut rows),
-                Value::Object(cell) => self.cell(list, cell, &mut rows),
+                Value::Object(cell) => {
+                    // It is about the whole record, not a run: `frame_s` is no cost there.
+                    Frame { costs: &[], ..self.clone() }.cell(list, cell, &mut rows);
+                }
                 other => {
                     single.insert(list.clone(), other.clone());
                 }
@@ -642,20 +681,26 @@ fn pattern(metric: &str) -> String {
 
 /// JSON Schema of the facts of a study and of a row of its timings, as a pair.
 fn schema(study: &str) -> Option<Value> {
+    if study == compare::NAME {
+        return Some(schema_for!((compare::facts::Facts, ())).to_value());
+    }
     studies::find(study).ok().map(|study| study.schema().to_value())
 }
 
 /// The words of a schema for a metric in a list of a record. The schema is that of a pair: facts,
 /// and a row of timings.
 fn described(schema: &Value, part: Part, list: &str, metric: &str) -> Option<String> {
-    let (of, before) = match part {
-        Part::Timings => ("/prefixItems/1", vec![]),
-        Part::Facts | Part::Engines if list == SINGLE => ("/prefixItems/0", vec![]),
-        Part::Facts | Part::Engines => ("/prefixItems/0", vec![list, "#"]),
+    let (of, places) = match part {
+        Part::Timings => ("/prefixItems/1", vec![vec![]]),
+        Part::Facts | Part::Engines if list == SINGLE => ("/prefixItems/0", vec![vec![]]),
+        // A list of cells, or a single one.
+        Part::Facts | Part::Engines => ("/prefixItems/0", vec![vec![list, "#"], vec![list]]),
     };
-    let path: Vec<&str> = before.into_iter().chain(metric.split('.')).collect();
     let mut found = Vec::new();
-    follow(schema, schema.pointer(of)?, &path, "", &mut found);
+    for before in places {
+        let path: Vec<&str> = before.into_iter().chain(metric.split('.')).collect();
+        follow(schema, schema.pointer(of)?, &path, "", &mut found);
+    }
     let lines: Vec<_> = found.into_iter().map(|words| line(&resolved(schema, words))).collect();
     (!lines.is_empty()).then(|| lines.join("; or: "))
 }
@@ -769,7 +814,7 @@ fn undescribed(metric: &str) -> String {
 mod tests {
     use super::*;
     use drape_report::{RECORD_FORMAT, TIMINGS_FORMAT};
-    use schemars::{JsonSchema, schema_for};
+    use schemars::JsonSchema;
     use serde_json::json;
     use std::path::PathBuf;
 

@@ -76,7 +76,7 @@ pub struct Scene {
 pub struct Truth {
     /// Method with all settings; `None` where no run could be made.
     pub method: Option<String>,
-    /// Its steps a frame.
+    /// Steps a frame of this method.
     pub substeps: u32,
     /// Error when its step is doubled, m.
     pub error_m: Option<f64>,

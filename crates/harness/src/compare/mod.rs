@@ -43,7 +43,7 @@ mod tests;
 mod truth;
 
 pub use advice::{Advice, Pick, advise, lines, quoted};
-pub use page::{PageError, Request, page_time, record, write};
+pub use page::{NAME, PageError, Request, page_time, record, write};
 pub use race::DOMINATED;
 
 use crate::film::Seen;
@@ -694,6 +694,8 @@ impl Track for Course<'_> {
                 let place = clock.len();
                 let lead = best.as_ref().and_then(|best| best.clock.get(..place));
                 let is_due = place.is_multiple_of(early);
+                // A first step sets up, and one moment of another process is no sign.
+                is_late = is_due && place > 1 && steady(&clock) > limits.late * f64::from(frames);
                 if is_due && lead.is_some_and(|lead| steady(&clock) > ratio * steady(lead)) {
                     reason = Some(End::Dominated);
                 }
@@ -701,7 +703,7 @@ impl Track for Course<'_> {
             if reason.is_none() && deadline.is_over() {
                 reason = Some(End::OutOfTime);
             }
-            is_late = reason.is_none() && spent > limits.late * f64::from(frames);
+            is_late &= reason.is_none();
             reason.is_some() || is_late
         };
         let film = self.stage.film(choice, substeps, 0, stop);
@@ -714,9 +716,8 @@ impl Track for Course<'_> {
             }
         };
         let outcome = &counts.outcome;
-        let step_s = spent / outcome.steps.max(1) as f64;
         if is_late && outcome.is_over_budget {
-            let frame_s = step_s * f64::from(substeps);
+            let frame_s = steady(&clock) / clock.len() as f64;
             return Ok(Lap { frame_s, is_good: false, end: None, is_late });
         }
         if let Some(failure) = outcome.divergence.as_ref().filter(|end| end.is_outside) {
@@ -724,6 +725,7 @@ impl Track for Course<'_> {
             self.refusals[form] = Some(failure.criterion.clone());
             return Ok(Lap::refused());
         }
+        let step_s = spent / outcome.steps.max(1) as f64;
         let mut run = Run {
             form,
             substeps,

@@ -674,6 +674,52 @@ mod tests {
         assert!(seen > 200, "{seen}");
     }
 
+    /// Records have no hash of large systems, of stiff references and of pushed cloths. Their names
+    /// follow from the cells.
+    #[test]
+    fn what_a_committed_record_ran_without_a_hash_has_a_start_too() {
+        let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
+        let cells = |(file, place): (&str, &str)| -> Vec<serde_json::Value> {
+            let record: serde_json::Value =
+                drape_report::file::read_json(&results.join(file)).expect(file);
+            record.pointer(place).and_then(|cells| cells.as_array()).expect(place).clone()
+        };
+        let word = |cell: &serde_json::Value, key: &str| cell[key].as_str().map(str::to_owned);
+        let mut expected = std::collections::BTreeSet::new();
+        let sheets = [("scaling.json", "/facts/cells"), ("timings/scaling.json", "/rows")];
+        for cell in sheets.into_iter().flat_map(cells) {
+            // Neither the memory of a sheet nor the bandwidth has a series.
+            let Some(series) = word(&cell, "series") else { continue };
+            expected.insert(("scaling", format!("{series} n={}", cell["particles"])));
+        }
+        for row in cells(("post-correction.json", "/facts/rows")) {
+            let mesh = word(&row, "mesh").expect("a mesh");
+            let order = word(&row, "order").expect("an order");
+            let is_other = order.starts_with("list") || order == post_correction::facts::PERTURBED;
+            expected.insert(("post-correction", format!("{mesh}, stiff")));
+            expected.extend(is_other.then(|| ("post-correction", format!("{mesh}, {order}"))));
+        }
+        for spin in cells(("post-correction.json", "/facts/spins")) {
+            let mesh = word(&spin, "mesh").expect("a mesh");
+            expected.insert(("post-correction", format!("{mesh}, spinning")));
+        }
+        let asked = [("regret.json", "/facts/cases"), ("timings/regret.json", "/rows")];
+        for case in asked.into_iter().flat_map(cells) {
+            let scene = word(&case, "scene").expect("a scene");
+            expected.insert(("regret", format!("{scene}, pushed")));
+        }
+        for (study, name) in &expected {
+            let found = start(&format!("{study}/{name}")).unwrap_or_else(|error| panic!("{error}"));
+            let start = found.expect(study);
+            // The large ones are named alone: each takes up to a gigabyte.
+            let particles = name.split_once("n=").map(|(_, n)| n.parse::<usize>().expect(name));
+            if particles.is_none_or(|particles| particles < 10_000) {
+                start.system().expect(name).build().expect(name);
+            }
+        }
+        assert!(expected.len() >= 13 + 10 + 40, "{expected:?}");
+    }
+
     #[test]
     fn a_start_that_is_not_there_is_refused_with_those_that_are() {
         assert!(start("hanging-wool").expect("a scene").is_none());

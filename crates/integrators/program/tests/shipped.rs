@@ -1,6 +1,6 @@
 //! The programs that ship with drape follow the exact recurrences of their methods.
 //!
-//! They need Python 3, one of them SciPy, and the last a C++ compiler. Where one is missing its
+//! They need Python 3 (`DRAPE_PYTHON` names it), one of them SciPy, and the last a C++ compiler. Where one is missing its
 //! test says that it was skipped; with DRAPE_PROGRAMS=required it fails.
 
 #![cfg(unix)]
@@ -36,8 +36,13 @@ fn has(program: &str, arguments: &[&str]) -> bool {
     is_there
 }
 
+/// The Python of `DRAPE_PYTHON`, or `python3`.
+fn interpreter() -> String {
+    std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned())
+}
+
 fn python(script: &str) -> String {
-    format!("python3 -B '{}'", file(script).display())
+    format!("'{}' -B '{}'", interpreter(), file(script).display())
 }
 
 fn run(command: &str, (system, mut state): (System, State), steps: usize) -> Vec<State> {
@@ -107,14 +112,14 @@ fn follows(command: &str, law: fn(f64, f64) -> Amplification, tolerance: f64) {
 
 #[test]
 fn symplectic_euler_in_python_is_its_recurrence() {
-    if has("python3", &["--version"]) {
+    if has(&interpreter(), &["--version"]) {
         follows(&python("symplectic_euler.py"), symplectic_euler, 1e-12);
     }
 }
 
 #[test]
 fn implicit_midpoint_in_python_is_its_recurrence() {
-    if has("python3", &["-c", "import scipy"]) {
+    if has(&interpreter(), &["-c", "import scipy"]) {
         follows(&python("implicit_midpoint.py"), implicit_midpoint, 1e-11);
     }
 }
@@ -131,7 +136,7 @@ fn symplectic_euler_in_cpp_is_its_recurrence_and_moves_a_sheet_as_in_python() {
     }
     let command = format!("'{program}'");
     follows(&command, symplectic_euler, 1e-12);
-    if !has("python3", &["--version"]) {
+    if !has(&interpreter(), &["--version"]) {
         return;
     }
     for damping in [DampingLaw::Full, DampingLaw::Projected] {

@@ -1,5 +1,6 @@
 //! `drape export`.
 
+use drape_harness::compare;
 use drape_harness::export::{COLUMNS, dictionary, tables};
 use drape_harness::studies;
 use drape_model::Violation;
@@ -14,7 +15,7 @@ use crate::cli::parquet;
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Folder with records (JSON files that `drape reproduce` writes); those of timings and engines
-    /// stand in the folders `timings` and `engines` in it
+    /// stand in the folders `timings` and `engines` in it; or the folder of a comparison
     #[arg(default_value = "results")]
     folder: PathBuf,
     /// Format of the tables
@@ -23,7 +24,7 @@ pub(crate) struct Arguments {
     /// Folder for the tables [default: FOLDER/csv or FOLDER/parquet]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Only these studies, separated by commas
+    /// Only these studies, separated by commas; `compare` is the record of `drape compare`
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// Replace tables that are there
@@ -34,7 +35,7 @@ pub(crate) struct Arguments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
     /// Comma-separated values (RFC 4180), UTF-8: one table a record (STUDY.csv, timings-STUDY.csv,
-    /// engines-STUDY.csv), and dictionary.csv
+    /// engines-STUDY.csv, compare.csv), and dictionary.csv
     Csv,
     /// Apache Parquet, with types and compressed: the same tables, and dictionary.parquet
     Parquet,
@@ -57,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let tables = tables(folder, &arguments.only)?;
     for name in &arguments.only {
         // A study without a record is no fault; what is no study has to be there.
-        if !tables.iter().any(|table| table.study == *name) {
+        if name != compare::NAME && !tables.iter().any(|table| table.study == *name) {
             studies::find(name)?;
         }
     }

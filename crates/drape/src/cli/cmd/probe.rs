@@ -2,14 +2,16 @@
 
 use crate::cli::output::{Sink, csv_line, is_stream};
 use drape_harness::record::Sample;
-use drape_harness::{Moment, OrderedSimulation};
+use drape_harness::{Moment, OrderedSimulation, boundaries, groups};
 use drape_model::{State, SystemSpec, Vec3, Violation};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ProbeArguments {
-    /// What to follow over time: the index of a particle, pins (their mean), stretch (greatest and
-    /// mean strain of the springs), lowest (the lowest particle) or energy; may be repeated
+    /// What to follow over time: the index of a particle, pins (their mean), group:N or boundary:N
+    /// (the mean of a connected group or of a part of the boundary, as drape inspect numbers them),
+    /// stretch (greatest and mean strain of the springs), lowest (the lowest particle) or energy;
+    /// may be repeated
     #[arg(long = "probe", value_name = "WHAT")]
     probes: Vec<String>,
     /// Write what is followed into this file: .csv or .json (format "drape-probe/1"). It has at
@@ -45,13 +47,86 @@ impl Form {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Probe {
     Particle(usize),
-    Pins,
+    /// The mean of some particles, at least one, under this name.
+    Mean(String, Vec<u32>),
     Stretch,
     Lowest,
     Energy,
+}
+
+fn refuse(path: &str, value: &str, expected: String) -> Violation {
+    Violation { path: path.to_owned(), value: format!("`{value}`"), expected }
+}
+
+impl Probe {
+    fn parse(text: &str, spec: &SystemSpec) -> Result<Self, Violation> {
+        let lacks = |what: &str| {
+            let expected = format!("something else: the scene has no {what}");
+            Err(refuse("--probe", text, expected))
+        };
+        match text {
+            "pins" if spec.pins.is_empty() => return lacks("pins"),
+            "stretch" if spec.springs.is_empty() => return lacks("springs"),
+            "pins" => {
+                let pins = spec.pins.iter().map(|pin| pin.particle);
+                return Ok(Self::Mean("pins".to_owned(), pins.collect()));
+            }
+            "stretch" => return Ok(Self::Stretch),
+            "lowest" => return Ok(Self::Lowest),
+            "energy" => return Ok(Self::Energy),
+            _ => {}
+        }
+        if let Some(number) = text.strip_prefix("group:") {
+            return Self::part("group", number, group_members(spec))
+                .map_err(|expected| refuse("--probe", text, expected));
+        }
+        if let Some(number) = text.strip_prefix("boundary:") {
+            let parts = boundaries(&spec.triangles);
+            if parts.is_empty() {
+                return lacks("boundaries");
+            }
+            return Self::part("boundary", number, parts)
+                .map_err(|expected| refuse("--probe", text, expected));
+        }
+        let n = spec.particles.mass_kg.len();
+        text.parse::<usize>().ok().filter(|index| *index < n).map(Self::Particle).ok_or_else(|| {
+            let expected = format!(
+                "pins, stretch, lowest, energy, group:N, boundary:N or a particle from 0 to {}",
+                n - 1
+            );
+            refuse("--probe", text, expected)
+        })
+    }
+
+    /// One of the groups or boundaries of a scene; else what is expected in its place.
+    fn part(kind: &str, number: &str, mut parts: Vec<Vec<u32>>) -> Result<Self, String> {
+        match number.parse::<usize>() {
+            Ok(number) if number < parts.len() => {
+                Ok(Self::Mean(format!("{kind}_{number}"), parts.swap_remove(number)))
+            }
+            _ => Err(format!(
+                "{kind}:N with N from 0 to {}: of this kind the scene has {}",
+                parts.len() - 1,
+                parts.len()
+            )),
+        }
+    }
+}
+
+/// The particles of each connected group.
+fn group_members(spec: &SystemSpec) -> Vec<Vec<u32>> {
+    let mut members: Vec<Vec<u32>> = Vec::new();
+    // Groups are numbered by their first particles, so a new number is the next one.
+    for (particle, group) in (0..).zip(groups(spec)) {
+        if group == members.len() {
+            members.push(Vec::new());
+        }
+        members[group].push(particle);
+    }
+    members
 }
 
 /// Follows a run.
@@ -76,11 +151,6 @@ impl<'a> Probes<'a> {
         steps: u64,
         (inputs, record): (&[PathBuf], Option<&Sink>),
     ) -> Result<Option<Self>, Violation> {
-        let refuse = |path: &str, value: &str, expected: String| Violation {
-            path: path.to_owned(),
-            value: format!("`{value}`"),
-            expected,
-        };
         let file = match (arguments.probes.first(), &arguments.probe_out) {
             (None, None) => return Ok(None),
             (Some(_), Some(file)) => file,
@@ -92,27 +162,7 @@ impl<'a> Probes<'a> {
                 return Err(refuse("--probe-out", &file, "`--probe WHAT` beside it".to_owned()));
             }
         };
-        let n = spec.particles.mass_kg.len();
-        let probes = arguments.probes.iter().map(|text| match text.as_str() {
-            "pins" if spec.pins.is_empty() => {
-                Err(refuse("--probe", text, "something else: the scene has no pins".to_owned()))
-            }
-            "stretch" if spec.springs.is_empty() => {
-                Err(refuse("--probe", text, "something else: the scene has no springs".to_owned()))
-            }
-            "pins" => Ok(Probe::Pins),
-            "stretch" => Ok(Probe::Stretch),
-            "lowest" => Ok(Probe::Lowest),
-            "energy" => Ok(Probe::Energy),
-            index => match index.parse::<usize>() {
-                Ok(index) if index < n => Ok(Probe::Particle(index)),
-                _ => Err(refuse(
-                    "--probe",
-                    text,
-                    format!("pins, stretch, lowest, energy, or a particle from 0 to {}", n - 1),
-                )),
-            },
-        });
+        let probes = arguments.probes.iter().map(|text| Probe::parse(text, spec));
         let probes = probes.collect::<Result<Vec<_>, _>>()?;
         let form = Form::of("--probe-out", file)?;
         let sink = Sink::check("--probe-out", file, inputs)?;
@@ -125,7 +175,9 @@ impl<'a> Probes<'a> {
                 Probe::Particle(i) => ["x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s"]
                     .map(|name| format!("particle_{i}_{name}"))
                     .to_vec(),
-                Probe::Pins => ["x_m", "y_m", "z_m"].map(|name| format!("pins_{name}")).to_vec(),
+                Probe::Mean(of, _) => {
+                    ["x_m", "y_m", "z_m"].map(|name| format!("{of}_{name}")).to_vec()
+                }
                 Probe::Stretch => {
                     ["stretch_greatest".to_owned(), "stretch_mean".to_owned()].to_vec()
                 }
@@ -155,10 +207,9 @@ impl<'a> Probes<'a> {
         for probe in &self.probes {
             match probe {
                 Probe::Particle(i) => row.extend(state.x[*i].iter().chain(&state.v[*i])),
-                Probe::Pins => {
-                    let pins = &self.spec.pins;
-                    let sum: Vec3 = pins.iter().map(|pin| state.x[pin.particle as usize]).sum();
-                    row.extend(&(sum / pins.len() as f64));
+                Probe::Mean(_, particles) => {
+                    let sum: Vec3 = particles.iter().map(|&i| state.x[i as usize]).sum();
+                    row.extend(&(sum / particles.len() as f64));
                 }
                 Probe::Stretch => {
                     let strain =

@@ -201,9 +201,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for warning in gain.into_iter().chain(tunnels.first().map(tunnel_warning)) {
         tell!("drape: warning: {warning}");
     }
-    // What a program did wrong is told once, with the error.
-    let failed = outcome.divergence.as_ref().filter(|end| end.is_outside);
-    let reason = failed.map(|end| format!("its program failed at step {}", end.step));
+    // What went wrong is told once, with the error.
+    let reason = outcome.divergence.as_ref().map(|end| format!("at step {}", end.step));
     let summary = summary(&record, reason.as_ref().unwrap_or(&record.verdict.reason));
     // The end of the run decides the exit code, even if the summary cannot be printed.
     let printed = if speaks_data {
@@ -272,7 +271,6 @@ fn step_warning(
     })
 }
 
-/// The warning for an obstacle that a particle may have passed through between two steps.
 /// Ratio of masses up to which every method is tested.
 const TESTED_RATIO: f64 = 1e20;
 

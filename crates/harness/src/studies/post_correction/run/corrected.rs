@@ -1,14 +1,15 @@
 //! Corrected runs: each step is taken twice from the same state, with its correction and without
 //! it, so that the difference is what the correction did.
 
-use super::sheets::{Course, Kind, Setting, elongation, marks, permuted, spinning};
+use super::sheets::{Course, Kind, SOFT, Setting, elongation, marks, permuted, spinning};
 use crate::HarnessError;
 use crate::methods::Choice;
 use crate::run::Simulation;
+use crate::studies::Start;
 use crate::studies::post_correction::facts::{FORWARD, PERTURBED, Row, Spin, Sweeps};
 use crate::studies::stepper::Stepper;
 use drape_integrator::{ElongationLimit, ElongationSettings, SweepOrder, Value};
-use drape_model::{State, System, Vec3};
+use drape_model::{State, System, SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
 
@@ -136,21 +137,43 @@ fn perturb(system: &System, state: &mut State) {
     }
 }
 
+/// What a run of an order starts from.
+fn begun(
+    spec: SystemSpec,
+    (name, _, seed): Order,
+) -> Result<(SystemSpec, Simulation), HarnessError> {
+    let spec = match seed {
+        Some(seed) => permuted(spec, seed),
+        None => spec,
+    };
+    let (system, mut state) = spec.build()?;
+    if name == PERTURBED {
+        perturb(&system, &mut state);
+    }
+    Ok((spec.with_state(&state), Simulation { system, state }))
+}
+
+/// The systems from which runs on a mesh start: those of the [`ORDERS`] that do not start from the
+/// soft sheet as it is, and the spinning sheet.
+pub(super) fn starts(kind: Kind) -> impl Iterator<Item = Start> {
+    let named = move |what: &str| format!("{}, {what}", kind.name());
+    let others = ORDERS.into_iter().filter(|(name, _, seed)| seed.is_some() || *name == PERTURBED);
+    let free = Start::new(named("spinning"), move || {
+        Ok(kind.spec(SOFT, false)?.with_state(&spinning(kind, SPIN)?.state))
+    });
+    let others = others.map(move |order| {
+        Start::new(named(order.0), move || Ok(begun(kind.spec(SOFT, true)?, order)?.0))
+    });
+    others.chain([free])
+}
+
 fn hang(
     setting: &Setting,
     group: &Group,
     (name, word, seed): Order,
 ) -> Result<(Row, Course), HarnessError> {
     let Group { method, limit, sweeps, step_s, .. } = *group;
-    let spec = match seed {
-        Some(seed) => permuted(setting.spec.clone(), seed),
-        None => setting.spec.clone(),
-    };
-    let (system, mut state) = spec.build()?;
-    if name == PERTURBED {
-        perturb(&system, &mut state);
-    }
-    let simulation = Simulation { system, state };
+    let (_, simulation) = begun(setting.spec.clone(), (name, word, seed))?;
     let choice = group.choice(word)?;
     let mut twins = Twins::new(method, &choice, &simulation, step_s)?;
     let Simulation { system, mut state } = simulation;

@@ -59,7 +59,13 @@ pub(super) fn method() -> String {
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
-    Kind::ALL.map(|kind| Start::new(kind.name(), move || kind.spec(sheets::SOFT, true))).into()
+    let of = |kind: Kind| {
+        let sheet = |name: String, stiffness| Start::new(name, move || kind.spec(stiffness, true));
+        let soft = sheet(kind.name().to_owned(), sheets::SOFT);
+        let stiff = sheet(format!("{}, stiff", kind.name()), sheets::STIFF);
+        [soft, stiff].into_iter().chain(corrected::starts(kind))
+    };
+    Kind::ALL.into_iter().flat_map(of).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError> {

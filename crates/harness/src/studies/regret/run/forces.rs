@@ -20,6 +20,10 @@ pub(super) const SCENES: &[(&str, Make)] = &[
     ("hinged-mesh-in-wind", hinged_mesh_in_wind),
     ("angles-on-peg", angles_on_peg),
     ("dragged-cloth", dragged_cloth),
+    // Made after the rules of the comparison had last been changed, and run once since.
+    ("blanket-over-edge", blanket_over_edge),
+    ("banner-in-squall", banner_in_squall),
+    ("cloth-on-two-balls", cloth_on_two_balls),
 ];
 
 fn read(cloth: &str, effects: &str, rest: &str) -> Result<SystemSpec, HarnessError> {
@@ -173,5 +177,44 @@ fn dragged_cloth() -> Result<SystemSpec, HarnessError> {
     let rest = r#""pins": [{ "row": 0, "column": 0, "path": [
         { "time_s": 0.05, "offset_m": [0, 0, 0] }, { "time_s": 0.45, "offset_m": [-0.3, -0.1, 0.1] }] }],
         "obstacles": [{ "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1], "friction": 0.35 } }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A heavy blanket, half of which hangs over the edge of a box.
+fn blanket_over_edge() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 11, "columns": 19, "size_m": [1.1, 0.6],
+        "center_m": [0.45, 0, 0.01], "mass_kg": 0.4 }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 420, "damping_n_s_per_m": 0.05 },
+        "shear": { "stiffness_n_per_m": 55, "damping_n_s_per_m": 0.006 },
+        "bending": { "stiffness_n_per_m": 1.5, "damping_n_s_per_m": 0.001 }"#;
+    let rest = r#""obstacles": [{ "box": { "center_m": [0, 0, -0.15], "size_m": [0.9, 0.9, 0.3],
+        "friction": 0.6 } }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A light banner between two poles, pressed by a squall.
+fn banner_in_squall() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 9, "columns": 17, "size_m": [1.2, 0.5],
+        "center_m": [0, 0, 0], "mass_kg": 0.05,
+        "rotation": { "axis": [1, 0, 0], "angle_deg": 90 } }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 300, "damping_n_s_per_m": 0.01 },
+        "shear": { "stiffness_n_per_m": 30, "damping_n_s_per_m": 0.001 },
+        "air": { "drag": { "quadratic": { "coefficient": 1.2 } },
+            "wind": { "velocity_m_s": [1, 7, 0], "gust": { "amplitude_m_s": [0, 4, 1],
+            "period_s": 0.4, "seed": 8 } } }"#;
+    let rest = r#""pins": [{ "within_m": [[-0.61, -1, -1], [-0.59, 1, 1]] },
+        { "within_m": [[0.59, -1, -1], [0.61, 1, 1]] }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A square that falls between two balls of unlike size.
+fn cloth_on_two_balls() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 14, "columns": 14, "size_m": [0.7, 0.7],
+        "center_m": [0.02, -0.03, 0.2], "mass_kg": 0.09 }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 130, "damping_n_s_per_m": 0.012 },
+        "shear": { "stiffness_n_per_m": 18, "damping_n_s_per_m": 0.0015 }"#;
+    let rest = r#""obstacles": [{ "sphere": { "center_m": [-0.22, 0, 0], "radius_m": 0.17,
+        "friction": 0.5 } }, { "sphere": { "center_m": [0.25, 0.05, -0.03], "radius_m": 0.12,
+        "friction": 0.2 } }],"#;
     read(cloth, effects, rest)
 }

@@ -37,7 +37,10 @@ pub(super) fn method() -> String {
          run of the exhaustive search that meets the target. The advised form is then run again on \
          another motion: all free particles of the scene are pushed by {PUSH:?} m/s, and the true \
          motion is found anew. A case in which the search finds a form and the comparison none counts \
-         as not met.",
+         as not met. Effort is the modelled time a frame of all runs of the comparison over that of \
+         the search; what was run and put off is not in it. Two rules of the comparison, that of \
+         runs that are put off and how long short runs are timed, were made after two of these \
+         scenes by the clock had shown a regret of 21 and of 1.8. Three scenes were made after that.",
         scenes::DURATION_S
     )
 }
@@ -53,9 +56,29 @@ pub(super) fn starts() -> Vec<Start> {
         names.push(question.scene.name);
         is_new
     });
-    let start = |question: Question| Start::new(question.scene.name, move || question.scene.spec());
-    let others = forces::SCENES.iter().map(|(name, make)| Start::new(*name, make));
-    all.into_iter().map(start).chain(others).collect()
+    let springs =
+        all.into_iter().map(|Question { scene, .. }| both(scene.name, move || scene.spec()));
+    let others = forces::SCENES.iter().map(|&(name, make)| both(name, make));
+    // Bundled scenes have names of their own, and are pushed here alone.
+    let bundled = drape_model::bundled::names()
+        .map(|name| pushed_start(name, move || Ok(drape_model::load(name)?.spec().clone())));
+    springs.chain(others).flatten().chain(bundled).collect()
+}
+
+/// A scene, and the same with all free particles pushed.
+fn both(
+    name: &str,
+    make: impl Fn() -> Result<SystemSpec, HarnessError> + Copy + 'static,
+) -> [Start; 2] {
+    [Start::new(name, make), pushed_start(name, make)]
+}
+
+/// A scene with all free particles pushed.
+fn pushed_start(
+    name: &str,
+    make: impl Fn() -> Result<SystemSpec, HarnessError> + 'static,
+) -> Start {
+    Start::new(format!("{name}, pushed"), move || Ok(pushed(&make()?)))
 }
 
 impl Question {

@@ -27,6 +27,28 @@ fn every_scene_builds_has_its_size_and_moves() {
     }
 }
 
+/// A pushed cloth is the scene itself but for the velocities of its free particles.
+#[test]
+fn every_scene_has_a_pushed_start_beside_it() {
+    let starts = starts();
+    let mut seen = 0;
+    for start in &starts {
+        let Some(name) = start.name().strip_suffix(", pushed") else { continue };
+        let plain = match starts.iter().find(|other| other.name() == name) {
+            Some(plain) => plain.system().unwrap(),
+            None => drape_model::load(name).unwrap().spec().clone(),
+        };
+        let mut found = start.system().unwrap();
+        assert_ne!(found, plain, "{name}");
+        assert_eq!(found, pushed(&plain), "{name}");
+        found.particles.velocity_m_s = plain.particles.velocity_m_s.clone();
+        assert_eq!(found, plain, "{name}");
+        seen += 1;
+    }
+    let own = starts.len() - seen;
+    assert_eq!(seen, own + drape_model::bundled::names().count());
+}
+
 /// The scenes by the clock: all bundled ones, those of the facts, and ten or more with other forces,
 /// which are none of ours elsewhere.
 #[test]

@@ -219,8 +219,9 @@ pub(super) fn method() -> String {
 pub(super) fn starts() -> Vec<Start> {
     let start =
         |(series, side, _)| Start::new(name(series, side), move || waved(sheet(series, side)));
-    // The largest would take much memory, and the record has no hash of them.
-    sizes(false).into_iter().filter(|(_, side, _)| *side < LARGE).map(start).collect()
+    let (side, steps) = TIMED_ONLY;
+    let timed = (FIXED_QUOTIENT, side, steps);
+    sizes(false).into_iter().chain([timed]).map(start).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
