@@ -2,6 +2,7 @@
 
 pub mod auto;
 pub mod drape;
+pub mod engine;
 pub mod equations;
 pub mod fuzz;
 pub mod splice;

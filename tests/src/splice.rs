@@ -130,7 +130,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
 }
 
 /// A list of a record, `record` being its path below the results without extension.
-fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, String> {
+pub(crate) fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Value>, String> {
     let path = results.join(record).with_extension("json");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let record: Value = serde_json::from_str(&text).map_err(|e| e.to_string())?;
@@ -292,7 +292,7 @@ fn machine(engines: &Path) -> Result<String, String> {
 }
 
 /// What a program's command ends with: the solver of the engine.
-fn solver(row: &Value) -> &str {
+pub(crate) fn solver(row: &Value) -> &str {
     let label = row["label"].as_str().unwrap_or_default();
     label.split_once(".py ").map_or(label, |(_, solver)| solver)
 }
@@ -356,10 +356,19 @@ fn engine_locking(rows: &[Value]) -> String {
     text + "\n"
 }
 
+/// The rows of the engine's solvers and of some methods on the same scene, and whether each is ours.
+pub(crate) fn engine_rows<'a>(engine: &'a [Value], ours: &'a [Value]) -> Vec<(bool, &'a Value)> {
+    const BESIDE: [&str; 4] = ["symplectic-euler", "leapfrog", "xpbd", "vbd"];
+    let scene = engine.first().map(|row| row["scene"].clone()).unwrap_or_default();
+    let beside = |row: &&Value| row["scene"] == scene && BESIDE.iter().any(|b| row["label"] == *b);
+    let is_engine = |row: &&Value| row["label"].as_str().is_some_and(|l| l.starts_with("program:"));
+    let engine = engine.iter().filter(is_engine).map(|row| (false, row));
+    engine.chain(ours.iter().filter(beside).map(|row| (true, row))).collect()
+}
+
 /// Fewest sweeps over all springs that bring the error to a level, of the engine's solvers and of
 /// some methods.
 fn engine_place(engine: &[Value], ours: &[Value]) -> String {
-    const BESIDE: [&str; 4] = ["symplectic-euler", "leapfrog", "xpbd", "vbd"];
     const LEVELS: [f64; 2] = [0.1, LEVEL];
     let mut text =
         "\n\n| method | sweeps for an error of 10 % | for 1 % |\n|---|---|---|\n".to_owned();
@@ -369,12 +378,8 @@ fn engine_place(engine: &[Value], ours: &[Value]) -> String {
         let sweeps = good.filter_map(|run| run["force_evaluations"].as_u64()).min();
         sweeps.map_or_else(|| "—".to_owned(), |sweeps| sweeps.to_string())
     };
-    let scene = engine.first().map(|row| row["scene"].clone()).unwrap_or_default();
-    let beside = |row: &&Value| row["scene"] == scene && BESIDE.iter().any(|b| row["label"] == *b);
-    let is_engine = |row: &&Value| row["label"].as_str().is_some_and(|l| l.starts_with("program:"));
-    for row in engine.iter().filter(is_engine).chain(ours.iter().filter(beside)) {
+    for (is_ours, row) in engine_rows(engine, ours) {
         let [coarse, fine] = LEVELS.map(|level| fewest(row, level));
-        let is_ours = !is_engine(&row);
         let whose = if is_ours { "drape" } else { "Newton" };
         let _ = writeln!(text, "| `{}` of {whose} | {coarse} | {fine} |", solver(row));
     }

@@ -40,7 +40,8 @@ pub enum Content {
 }
 
 impl Content {
-    fn bytes(&self) -> &[u8] {
+    /// What the file holds.
+    pub fn bytes(&self) -> &[u8] {
         match self {
             Self::Text(text) => text.as_bytes(),
             Self::Png(bytes) => bytes,

@@ -1,6 +1,9 @@
-//! Writes what follows from the facts: the words of each record, and the numbers of the pages.
+//! Writes what follows from the facts: the words of each record, the numbers of the pages, and the
+//! figure of the engine.
 
+use drape_report::file::write_atomically;
 use drape_report::tell;
+use drape_tests::engine;
 use drape_tests::equations::root;
 use drape_tests::splice::{facts, pages, splice};
 
@@ -9,6 +12,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if study.reword(&root().join("results"))? {
             tell!("wrote the words of {}", study.name());
         }
+    }
+    for (name, content) in engine::figure(&root().join("results"))? {
+        write_atomically(&root().join("results").join(name), content.bytes())?;
     }
     let facts = facts(&root().join("results"))?;
     for page in pages(&root())? {

@@ -198,7 +198,7 @@ impl Run {
         self.is_sound() && is_near && !self.is_fragile()
     }
 
-    /// Whether it explodes once the cloth is pushed a little: its step is at the edge.
+    /// Whether it gains energy once the cloth is pushed a little: its step is at the edge.
     pub fn is_fragile(&self) -> bool {
         self.holds_when_pushed == Some(false)
     }

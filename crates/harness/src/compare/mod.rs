@@ -79,7 +79,7 @@ const EARLY: f64 = 0.1;
 /// Forms that are pushed and timed again, and how often they are timed, in turns.
 const FINALISTS: usize = 6;
 const REPETITIONS: u32 = 5;
-/// How often a form that explodes when pushed is tried with more steps, and by how much more.
+/// How often a form that gains energy when pushed is tried with more steps, and by how much more.
 const FIRMER: usize = 3;
 const FINER: f64 = 1.25;
 /// A frame counts at most this many times the median.
@@ -584,7 +584,7 @@ impl<'a> Course<'a> {
         finalists
     }
 
-    /// Repeats the best from a pushed start. A form that explodes there takes more steps.
+    /// Repeats the best from a pushed start. A form that gains energy there takes more steps.
     fn push_the_best(&mut self) -> Result<(), HarnessError> {
         let is_new = |run: &Run| run.holds_when_pushed.is_none();
         while let Some(n) = self.finalists().into_iter().find(|&n| is_new(&self.runs[n])) {
@@ -620,10 +620,11 @@ impl<'a> Course<'a> {
             // A step that fails there is no better than one that explodes.
             Err(error) => refusal(error).map(|_| None)?,
         };
-        let is_wild = |counts: &Counts| {
-            matches!(verdict(self.truth, counts, None), Verdict::Unstable | Verdict::Diverged)
+        let gains = |counts: &Counts| {
+            let verdict = verdict(self.truth, counts, None);
+            matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
         };
-        let holds = counts.is_some_and(|counts| !is_wild(&counts));
+        let holds = counts.is_some_and(|counts| !gains(&counts));
         self.memory.keep_push(&choice.full_id(), run.substeps, holds)?;
         Ok(Some(holds))
     }

@@ -407,7 +407,7 @@ fn verdict(run: &Run) -> String {
     if run.verdict == Verdict::OverBudget {
         return "stopped".to_owned();
     }
-    let pushed = if run.is_fragile() { ", explodes when pushed" } else { "" };
+    let pushed = if run.is_fragile() { ", gains energy when pushed" } else { "" };
     format!("{}{pushed}", run.verdict)
 }
 

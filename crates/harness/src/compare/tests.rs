@@ -145,7 +145,7 @@ fn a_fragile_run_is_passed_over() {
     assert!(text.iter().any(|line| line.contains(said)), "{text:#?}");
     let rows = super::page::forms(&facts).rows;
     let winner = rows.iter().find(|row| row[0] == "winner").expect("a row");
-    assert_eq!(winner[1], "stable, explodes when pushed", "{winner:?}");
+    assert_eq!(winner[1], "stable, gains energy when pushed", "{winner:?}");
 }
 
 /// On the hanging sheet explicit Euler with 3 steps a frame keeps its energy for half a second; once

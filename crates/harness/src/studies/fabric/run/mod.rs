@@ -98,8 +98,8 @@ impl Plan {
     }
 }
 
-fn strip_name(model: Model) -> String {
-    format!("cantilever, {model}, Γ = 8, {} edges", SEGMENTS[1])
+fn strip_name(model: Model, gamma: f64, segments: u32) -> String {
+    format!("cantilever, {model}, Γ = {gamma}, {segments} edges")
 }
 
 fn drape_name(cloth: &str, cells: u32) -> String {
@@ -108,11 +108,22 @@ fn drape_name(cloth: &str, cells: u32) -> String {
 
 /// The systems from which its runs start.
 pub(super) fn starts() -> Vec<Start> {
-    let strip = |model: Model| {
-        Start::new(strip_name(model), move || strip::system(model, 8.0, SEGMENTS[1], ROWS))
-    };
-    let mut starts: Vec<Start> = Model::ALL.into_iter().map(strip).collect();
-    for (name, cells, _) in Plan::new(false).drapes {
+    let plan = Plan::new(false);
+    let bent = plan.bent.into_iter().map(|(model, gamma, segments)| {
+        let name = strip_name(model, gamma, segments);
+        Start::new(name, move || strip::system(model, gamma, segments, ROWS))
+    });
+    let wide = plan.wide.into_iter().map(|(model, gamma, rows)| {
+        let name = format!("{}, {rows} rows", strip_name(model, gamma, WIDE_SEGMENTS));
+        Start::new(name, move || strip::wide_system(model, gamma, WIDE_SEGMENTS, rows))
+    });
+    let edgewise = plan.edgewise.into_iter().map(|(model, segments, rows, turned)| {
+        let over = if turned { ", turned over" } else { "" };
+        let name = format!("strip on edge, {model}, {segments} edges, {rows} rows{over}");
+        Start::new(name, move || strip::edge_system(model, segments, rows, turned))
+    });
+    let mut starts: Vec<Start> = bent.chain(wide).chain(edgewise).collect();
+    for (name, cells, _) in plan.drapes {
         let start = Start::new(drape_name(name, cells), move || drape::system(name, cells));
         if starts.iter().all(|other| other.name() != start.name()) {
             starts.push(start);
@@ -141,7 +152,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     let mut scenes = BTreeMap::new();
     for model in Model::ALL {
         let spec = strip::system(model, 8.0, SEGMENTS[1], ROWS)?;
-        scenes.insert(strip_name(model), system_hash(&spec));
+        scenes.insert(strip_name(model, 8.0, SEGMENTS[1]), system_hash(&spec));
     }
     for &(name, cells, _) in &plan.drapes {
         let spec = drape::system(name, cells)?;

@@ -233,11 +233,16 @@ pub(super) fn wide(
     })
 }
 
-/// The upright strip of `Γ` = 1 under a multiple of gravity, upwards if that is negative: its
-/// residual, and whether it is a minimum.
-fn upright(specimen: &SystemSpec, multiple: f64) -> Result<(f64, bool), HarnessError> {
+/// The strip of `Γ` = 1 under a multiple of gravity along its width, upwards if that is negative.
+fn on_edge(specimen: &SystemSpec, multiple: f64) -> SystemSpec {
     let mut spec = specimen.clone();
     spec.effects.gravity = Some(GravitySpec { m_s2: [0.0, -GRAVITY * multiple, 0.0] });
+    spec
+}
+
+/// The residual of an upright strip, and whether it is a minimum.
+fn upright(specimen: &SystemSpec, multiple: f64) -> Result<(f64, bool), HarnessError> {
+    let spec = on_edge(specimen, multiple);
     let (system, state): (System, State) = spec.build()?;
     let mut x = state.x;
     let found = rest(&system, &mut x, TOLERANCE, MOST);
@@ -290,7 +295,28 @@ pub(super) fn edgewise(
     })
 }
 
-/// The system of a cantilever, for its hash.
+/// The system of a cantilever whose stiffness is that of the sheet.
+pub(super) fn wide_system(
+    model: Model,
+    gamma: f64,
+    segments: u32,
+    rows: u32,
+) -> Result<SystemSpec, HarnessError> {
+    Ok(specimen(model, gamma, segments, rows, HingeFit::Sheet)?.spec)
+}
+
+/// The system of a strip on edge with `Γ` = 1; the search makes gravity stronger.
+pub(super) fn edge_system(
+    model: Model,
+    segments: u32,
+    rows: u32,
+    turned: bool,
+) -> Result<SystemSpec, HarnessError> {
+    let specimen = specimen(model, 1.0, segments, rows, fit_of(model))?;
+    Ok(on_edge(&specimen.spec, if turned { -1.0 } else { 1.0 }))
+}
+
+/// The system of a cantilever.
 pub(super) fn system(
     model: Model,
     gamma: f64,

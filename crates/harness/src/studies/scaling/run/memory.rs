@@ -7,6 +7,7 @@ use crate::studies::Allocated;
 use crate::studies::scaling::facts::Memory;
 use crate::studies::sheet::Sheet;
 use drape_integrator::TimeStep;
+use drape_model::SystemSpec;
 use std::time::Instant;
 
 /// Particles along each edge of the sheets whose memory is measured.
@@ -15,12 +16,17 @@ pub(super) const SIZES: [u32; 5] = [10, 32, 100, 316, 1000];
 /// The method that is measured.
 pub(super) const METHOD: &str = "imex-euler";
 
-/// Builds the sheet with bending springs besides those that it has, prepares the method and counts
-/// the bytes that are held then.
-pub(super) fn measure(sheet: &Sheet, allocated: Allocated) -> Result<Memory, HarnessError> {
+/// The sheet with bending springs besides those that it has.
+pub(super) fn system(sheet: &Sheet) -> Result<SystemSpec, HarnessError> {
     let mut scene = sheet.scene();
     scene.effects.bending = scene.effects.shear.clone();
-    let spec = scene.discretise()?;
+    Ok(scene.discretise()?)
+}
+
+/// Builds the sheet with bending springs, prepares the method and counts
+/// the bytes that are held then.
+pub(super) fn measure(sheet: &Sheet, allocated: Allocated) -> Result<Memory, HarnessError> {
+    let spec = system(sheet)?;
     let springs = spec.springs.len();
     let mut choice = Choice::parse(METHOD, &[])?.build().map_err(MethodError::from)?;
     let start = allocated();

@@ -221,7 +221,12 @@ pub(super) fn starts() -> Vec<Start> {
         |(series, side, _)| Start::new(name(series, side), move || waved(sheet(series, side)));
     let (side, steps) = TIMED_ONLY;
     let timed = (FIXED_QUOTIENT, side, steps);
-    sizes(false).into_iter().chain([timed]).map(start).collect()
+    let bending = |side| {
+        let name = format!("{}, bending springs", name(FIXED_QUOTIENT, side));
+        Start::new(name, move || memory::system(&sheet(FIXED_QUOTIENT, side)))
+    };
+    let measured = memory::SIZES.into_iter().map(bending);
+    sizes(false).into_iter().chain([timed]).map(start).chain(measured).collect()
 }
 
 pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, HarnessError> {
