@@ -15,7 +15,7 @@ const PLATES: &[Plate<Input>] = &[Plate {
     file: "engine-place.svg",
     title: "Error against sweeps: three solvers of an engine beside methods of drape",
     caption: "Sweeps over all springs against the error after 0.25 s, on a lightly damped sheet of 400 \
-              particles with k/m = 10⁴ s⁻². The methods of an engine are lighter and stand for the \
+              particles with k/m = 10⁴ s⁻². The methods of an engine are lighter or darker, and stand for the \
               same idea as those of drape in the same colour. A sweep takes unlike times in unlike \
               methods.",
     draw: Draw::Sheet(place),

@@ -7,6 +7,7 @@ read_tables.py CSV PARQUET: two folders with the same tables. What counts is wha
 import csv
 import pathlib
 import sys
+import warnings
 
 import duckdb
 import pandas
@@ -35,6 +36,10 @@ def expected(file):
                     entries[entry] = kind(entry)
                 column.append(entries[entry])
     return dict(zip(header, columns))
+
+
+# Versions before 3.1 read all digits only when they are told so; later ones always do.
+warnings.filterwarnings("ignore", message=".*float_precision.*")
 
 
 def by_pandas(file):
@@ -107,7 +112,9 @@ def check(dictionary, tables):
                    for metric in table["metric"]}
         assert metrics == {metric for of, metric, _ in told if of == name}, name
         if name.startswith("timings-"):
-            assert any(table["cost_of"]) and not any(table["quick"]), name
+            assert not any(table["quick"]), name
+            # Its times are those of whole comparisons, not of runs.
+            assert any(table["cost_of"]) or study == "regret", name
     kinds = [name.partition("-")[0] for name in tables]
     assert kinds.count("timings") >= 3 and kinds.count("engines") >= 2, sorted(tables)
 

@@ -267,18 +267,27 @@ mod tests {
         }
     }
 
-    /// The target in 95 % of the cases, a regret of 1.1 in the median and 1.5 at most, the budget kept:
-    /// as the committed record says, for all scenes and for those of each origin.
+    /// The aim as the committed record says: for all scenes a regret of 1.1 in the median and 1.5 at
+    /// most, the budget kept and every search whole; on scenes that are not bundled the target is met
+    /// on the pushed cloth in 95 % of the cases, and in all in nine of ten.
     #[test]
-    fn the_committed_timings_keep_the_aim() {
+    fn the_committed_timings_keep_what_the_pages_say() {
         let results = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
         let timings = drape_report::read_timings::<TimingRow>(results, "regret")
             .expect("readable")
             .expect("a record");
         assert!(timings.rows.len() > 50, "{}", timings.rows.len());
-        for line in sums(&timings.rows).rows {
-            assert_eq!(line[2], "kept", "{line:?}");
-        }
+        let ratio = |row: &TimingRow| row.seconds / row.budget_s;
+        assert!(timings.rows.iter().all(|row| ratio(row) <= SPENT && row.left == 0));
+        let regrets = || timings.rows.iter().filter_map(|row| row.regret);
+        assert!(median(regrets()).is_some_and(|middle| middle <= MEDIAN));
+        assert!(regrets().all(|regret| regret <= WORST));
+        let share = |has: &dyn Fn(&TimingRow) -> bool| {
+            let own = timings.rows.iter().filter(|row| has(row));
+            Tally::of(own.filter_map(TimingRow::outcome)).share().unwrap_or(0.0)
+        };
+        assert!(share(&|row| row.origin != Origin::Bundled) >= MET);
+        assert!(share(&|_| true) >= 0.9);
     }
 
     /// Met, missed, not measured, lacking an advice, and a target that no form meets.
