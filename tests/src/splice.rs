@@ -140,18 +140,12 @@ pub(crate) fn rows(results: &Path, record: &str, pointer: &str) -> Result<Vec<Va
 
 /// How often the advice met its target by the clock, and what it cost beside the best form.
 fn regret(rows: &[regret::TimingRow]) -> Result<[String; 2], String> {
-    let measured = rows.iter().filter_map(|row| {
-        let good = row.again_good_m?;
-        Some(row.again_m.is_some_and(|error| error <= good))
-    });
-    let lost = rows.iter().filter(|row| row.label.is_none() && row.best.is_some()).count();
-    let (all, met) =
-        measured.fold((lost, 0), |(all, met), is_met| (all + 1, met + usize::from(is_met)));
+    let tally = regret::Tally::of(rows.iter().filter_map(regret::TimingRow::outcome));
     let regrets = || rows.iter().filter_map(|row| row.regret);
     let worst = regrets().reduce(f64::max).ok_or("regret: no case was judged by the clock")?;
     let middle = median(regrets()).unwrap_or(worst);
     Ok([
-        format!("{met} of {all}"),
+        format!("{} of {}", tally.met, tally.measured()),
         format!("{middle:.2} times the best form's time in the median, {worst:.2} at most"),
     ])
 }

@@ -695,10 +695,13 @@ impl Track for Course<'_> {
                 let place = clock.len();
                 let lead = best.as_ref().and_then(|best| best.clock.get(..place));
                 let is_due = place.is_multiple_of(early);
-                // A first step sets up, and one moment of another process is no sign.
-                is_late = is_due && place > 1 && steady(&clock) > limits.late * f64::from(frames);
-                if is_due && lead.is_some_and(|lead| steady(&clock) > ratio * steady(lead)) {
-                    reason = Some(End::Dominated);
+                if is_due {
+                    let so_far = steady(&clock);
+                    // A first step sets up, and one moment of another process is no sign.
+                    is_late = place > 1 && so_far > limits.late * f64::from(frames);
+                    if lead.is_some_and(|lead| so_far > ratio * steady(lead)) {
+                        reason = Some(End::Dominated);
+                    }
                 }
             }
             if reason.is_none() && deadline.is_over() {

@@ -172,12 +172,11 @@ fn method(facts: &Facts) -> String {
          up to 10 looks in {} frames. A run is locked if its energy is stable and its free \
          particles move, on average, less than half of the true path. Each form runs with rising \
          numbers of steps a frame until it meets the target or would take more than three times as \
-         long as another that does. Without a true motion the check of `drape run` in up to three short windows \
-         decides what is locked, or, where nothing can be measured, theory. Time a frame: wall time of the steps alone, set-up aside, on \
-         one \
-         thread, the least of the repetitions; a frame that takes more than five times the median \
-         counts as five. Which runs were made depends on the time; results of \
-         a run do not.",
+         long as another that does. Without a true motion the check of `drape run` in up to three \
+         short windows decides what is locked, or, where nothing can be measured, theory. Time a \
+         frame: wall time of the steps alone, set-up aside, on one thread, the least of the \
+         repetitions; a frame that takes more than five times the median counts as five. Which runs \
+         were made depends on the time; results of a run do not.",
         facts.scene.frames
     )
 }

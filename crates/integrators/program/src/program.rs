@@ -28,9 +28,9 @@ pub struct AnswerLimit {
     before: u64,
 }
 
-/// Gives programs at most so long for each answer in runs that are begun from now on, whatever
-/// `start_timeout` and `step_timeout` say: for whoever has to end in time. The first greeting is
-/// not limited.
+/// Limits the time for each answer of a program in runs that begin from now on. The limit also holds
+/// where `start_timeout` and `step_timeout` allow more. Who has to end in time sets it. It does not
+/// limit the first greeting.
 pub fn answer_within(limit: Duration) -> AnswerLimit {
     let limit = u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
     AnswerLimit { before: MOST_WAIT.swap(limit.max(1), Ordering::Relaxed) }

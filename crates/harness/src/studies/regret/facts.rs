@@ -144,7 +144,7 @@ pub struct TimingRow {
 
 /// What came of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub enum Outcome {
     /// The advised run met the target when it was measured again.
     Met,
     /// It did not, or the search found a run that meets the target and the comparison none.
@@ -166,14 +166,18 @@ impl Outcome {
 
 /// How often the target was met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Tally {
-    pub(super) met: usize,
-    pub(super) missed: usize,
-    pub(super) not_measured: usize,
+pub struct Tally {
+    /// Cases of [`Outcome::Met`].
+    pub met: usize,
+    /// Of [`Outcome::Missed`].
+    pub missed: usize,
+    /// Of [`Outcome::NotMeasured`].
+    pub not_measured: usize,
 }
 
 impl Tally {
-    pub(super) fn of(outcomes: impl Iterator<Item = Outcome>) -> Self {
+    /// Counts them.
+    pub fn of(outcomes: impl Iterator<Item = Outcome>) -> Self {
         outcomes.fold(Self::default(), |mut tally, outcome| {
             *match outcome {
                 Outcome::Met => &mut tally.met,
@@ -185,7 +189,7 @@ impl Tally {
     }
 
     /// Cases that were measured.
-    pub(super) fn measured(self) -> usize {
+    pub fn measured(self) -> usize {
         self.met + self.missed
     }
 
@@ -202,7 +206,7 @@ impl TimingRow {
     }
 
     /// What came of it; `None` where no form meets the target.
-    pub(super) fn outcome(&self) -> Option<Outcome> {
+    pub fn outcome(&self) -> Option<Outcome> {
         match &self.label {
             Some(_) => Some(Outcome::of(self.again_m, self.again_good_m)),
             None if self.best.is_some() => Some(Outcome::Missed),
