@@ -218,10 +218,7 @@ impl Process {
                 continue;
             }
             let most = found.map_or(MOST_LINE, |(_, all)| all) + 1;
-            if self.receive(most) {
-                let what = self.end(when);
-                return Err(self.failed(&what));
-            }
+            let has_ended = self.receive(most);
             if found.is_none() {
                 match self.inbox.iter().position(|&byte| byte == b'\n') {
                     Some(line) => match rest(&self.inbox[..line], when) {
@@ -238,6 +235,12 @@ impl Process {
                     }
                     None => {}
                 }
+            }
+            // A program may end with its answer: that is seen at the next request.
+            let is_whole = found.is_some_and(|(_, all)| self.inbox.len() >= all);
+            if has_ended && !(is_whole && sent == request.len()) {
+                let what = self.end(when);
+                return Err(self.failed(&what));
             }
         }
     }

@@ -109,6 +109,18 @@ fn a_program_that_answers_is_taken_at_its_word() {
     assert_no_zombie();
 }
 
+/// The answer and the end of the output come in one reading, or in two.
+#[test]
+fn a_program_may_end_right_after_its_answer() {
+    let rest =
+        "{ echo '{\"bytes\":96}'; head -c 96 /dev/zero; } >\"$0.answer\"\nexec cat \"$0.answer\"";
+    let (_folder, command) = script(rest);
+    for _ in 0..50 {
+        let said = step(&command, &[]);
+        assert!(said.is_ok(), "{said:?}");
+    }
+}
+
 #[test]
 fn a_program_that_hangs_is_killed_with_all_that_it_started() {
     let folder = tempfile::tempdir().unwrap();
