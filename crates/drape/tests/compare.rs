@@ -46,7 +46,7 @@ fn a_grid_gets_advice_that_meets_the_target_and_a_page() {
     let (record, said) = compared("hanging-textile-1e4", &methods);
     let facts = &record.facts;
     assert!(facts.truth.is_trusted, "{:?}", facts.truth);
-    assert!(facts.runs.iter().any(|run| run.meets(facts.good_m())), "{said}");
+    assert!(facts.runs.iter().any(|run| facts.is_met(run)), "{said}");
     assert!(said.contains("\ntake ") && said.contains("\nexpect "), "{said}");
     assert_eq!(record.facts.scene.frames, 30);
 }

@@ -58,7 +58,7 @@ fn table<'py>(py: Python<'py>, facts: &Facts) -> PyResult<Bound<'py, PyDict>> {
     table.set_item("error", numbers(&|run| run.error_m.unwrap_or(f64::NAN)))?;
     table.set_item("kept", numbers(&|run| run.retained.unwrap_or(f64::NAN)))?;
     table.set_item("seconds_per_frame", numbers(&|run| run.frame_s))?;
-    let good: Vec<bool> = runs.iter().map(|run| run.meets(facts.good_m())).collect();
+    let good: Vec<bool> = runs.iter().map(|run| facts.is_met(run)).collect();
     table.set_item("meets_target", good.into_pyarray(py))?;
     Ok(table)
 }

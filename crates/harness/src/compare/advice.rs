@@ -31,6 +31,8 @@ pub struct Advice {
     pub slower: Vec<String>,
     /// The same for forms that no number of steps brought within the target.
     pub missed: Vec<String>,
+    /// Forms that meet the target on the scene and not on the pushed cloth.
+    pub strays: Vec<String>,
     /// Forms that meet the target by a run of which most steps stopped before their tolerance: without
     /// a true motion such runs agree with themselves, whatever they err.
     pub doubtful: Vec<String>,
@@ -51,9 +53,8 @@ pub struct Advice {
 /// The cheapest run of each form that meets a target, m, the cheapest first. Without a true motion,
 /// runs of which most steps stopped before their tolerance count only where there are no others.
 pub(super) fn ranking(target_m: f64, (scene, truth): (&Scene, &Truth), runs: &[Run]) -> Vec<usize> {
-    let good = truth.good_m(target_m);
     let mut best: Vec<usize> = Vec::new();
-    for (n, run) in runs.iter().enumerate().filter(|(_, run)| run.meets(good)) {
+    for (n, run) in runs.iter().enumerate().filter(|(_, run)| truth.is_met(target_m, run)) {
         match best.iter_mut().find(|other| runs[**other].form == run.form) {
             Some(other) if run.frame_s < runs[*other].frame_s => *other = n,
             Some(_) => {}
@@ -95,16 +96,21 @@ pub fn advise(facts: &Facts) -> Advice {
     let locks = failed(&|run| run.verdict == drape_report::Verdict::Locked);
     let is_left_out = |(form, _): &(usize, &Form)| {
         let ranks = |n: &usize| runs[*n].form == *form;
-        let good = facts.good_m();
-        !ranked.iter().any(ranks) && runs.iter().any(|run| run.form == *form && run.meets(good))
+        !ranked.iter().any(ranks) && runs.iter().any(|run| run.form == *form && facts.is_met(run))
     };
     let left_out = facts.forms.iter().enumerate().filter(is_left_out);
+    let strays = |form: &usize| {
+        let own = || runs.iter().filter(|run| run.form == *form);
+        own().any(|run| facts.strays(run)) && !own().any(|run| facts.is_met(run))
+    };
+    let strays = (0..facts.forms.len()).filter(strays);
+    let strays: Vec<String> = strays.map(|form| facts.forms[form].label.clone()).collect();
     let doubtful: Vec<String> = left_out.map(|(_, form)| form.label.clone()).collect();
     let (take, runner_up) = (picks.first().copied(), slower.first().copied());
     let closest = closest.filter(|_| ranked.is_empty()).map(|run| Pick { run, times: 1.0 });
     let mut told: Vec<&str> =
         explodes.iter().chain(&fragile).chain(&locks).map(|(label, _)| label.as_str()).collect();
-    told.extend(doubtful.iter().map(String::as_str));
+    told.extend(doubtful.iter().chain(&strays).map(String::as_str));
     let named = take.iter().chain(&ties).chain(&runner_up).chain(&closest);
     told.extend(named.map(|pick| facts.form_of(&runs[pick.run]).label.as_str()));
     let ended = |ends: &[End]| -> Vec<String> {
@@ -124,6 +130,7 @@ pub fn advise(facts: &Facts) -> Advice {
         slower: ended(&[End::Good, End::Dominated]),
         missed: ended(&[End::Exhausted]),
         ties,
+        strays,
         doubtful,
         closest,
         explodes,
@@ -257,6 +264,7 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
     for (first, later, forms) in [
         ("slower", "Slower", &advice.slower),
         ("never within the target", "Never within the target", &advice.missed),
+        ("within the target until pushed", "Within the target until pushed", &advice.strays),
         (
             "most steps short of their tolerance",
             "Most steps short of their tolerance",

@@ -84,6 +84,9 @@ pub struct Truth {
     pub members: usize,
     /// Mean error of a perturbed start against the first, m: smaller errors mean nothing.
     pub floor_m: Option<f64>,
+    /// The same of true motions of the pushed cloth; `None` where there are none.
+    #[serde(default)]
+    pub pushed_floor_m: Option<f64>,
     /// Mean path of all free particles, m.
     pub path_m: Option<f64>,
     /// Whether anything moves by more than round-off.
@@ -160,9 +163,12 @@ pub struct Run {
     pub frame_s: f64,
     /// How often it was timed.
     pub repetitions: u32,
-    /// Whether the same steps end well where all free particles are pushed at the start. Only the
-    /// best are tried.
+    /// Whether the same steps gain no energy where all free particles are pushed at the start, in
+    /// three directions. Only the best are tried.
     pub holds_when_pushed: Option<bool>,
+    /// Distance from the true motion of the pushed cloth by the metric, m, where there is one.
+    #[serde(default)]
+    pub pushed_m: Option<f64>,
 }
 
 impl Facts {
@@ -170,6 +176,17 @@ impl Facts {
     /// by the noise, and one that errs as much besides by about twice that.
     pub fn good_m(&self) -> f64 {
         self.truth.good_m(self.scene.target_m)
+    }
+
+    /// Whether a run meets the target.
+    pub fn is_met(&self, run: &Run) -> bool {
+        self.truth.is_met(self.scene.target_m, run)
+    }
+
+    /// Whether a run meets the target but for the push: there it gains no energy and errs too much.
+    pub fn strays(&self, run: &Run) -> bool {
+        self.truth.is_met(self.scene.target_m, &Run { pushed_m: None, ..run.clone() })
+            && !self.is_met(run)
     }
 
     /// The form of a run.
@@ -183,6 +200,16 @@ impl Truth {
     pub fn good_m(&self, target_m: f64) -> f64 {
         target_m.max(2.0 * self.floor_m.unwrap_or(0.0))
     }
+
+    /// Whether a run meets a target, m: it is sound, errs little enough, and where the cloth is
+    /// pushed it gains no energy and errs little enough, as far as that was tried.
+    pub fn is_met(&self, target_m: f64, run: &Run) -> bool {
+        let noise = self.pushed_floor_m.or(self.floor_m).unwrap_or(0.0);
+        let is_near = run.error_m.is_some_and(|error| error <= self.good_m(target_m));
+        let is_near_when_pushed =
+            run.pushed_m.is_none_or(|error| error <= target_m.max(2.0 * noise));
+        run.is_sound() && is_near && !run.is_fragile() && is_near_when_pushed
+    }
 }
 
 impl Run {
@@ -190,12 +217,6 @@ impl Run {
     /// work until the end, the energy says nothing, and the error alone counts.
     pub fn is_sound(&self) -> bool {
         matches!(self.verdict, Verdict::Stable | Verdict::Open)
-    }
-
-    /// Whether it is sound, errs by at most so much, m, and is not fragile.
-    pub fn meets(&self, good_m: f64) -> bool {
-        let is_near = self.error_m.is_some_and(|error| error <= good_m);
-        self.is_sound() && is_near && !self.is_fragile()
     }
 
     /// Whether it gains energy once the cloth is pushed a little: its step is at the edge.

@@ -42,6 +42,15 @@ struct Picture {
     strain: f64,
 }
 
+/// What came of a run where the cloth is pushed at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Pushed {
+    /// Whether it gains no energy in any direction.
+    pub(super) holds: bool,
+    /// Its distance from the true motion there, m, where that is known.
+    pub(super) error_m: Option<f64>,
+}
+
 /// A motion.
 #[derive(Serialize, Deserialize)]
 struct Motion {
@@ -125,14 +134,15 @@ impl<'a> Memory<'a> {
     /// The true motion, or what is known where none was found in this time.
     pub(super) fn truth(&self, budget: Duration) -> Option<Found> {
         let kept = self.kept(TRUTH, 0).or_else(|| self.kept(&no_truth(budget), 0));
-        let (truth, motions): (Truth, Vec<Motion>) = kept?;
+        let (truth, motions, pushed): (Truth, Vec<Motion>, Vec<Motion>) = kept?;
         let look =
             |look: Picture| Look { x: points(&look.x), kinetic: look.kinetic, strain: look.strain };
-        let members = motions.into_iter().map(|motion| Seen {
+        let seen = |motion: Motion| Seen {
             looks: motion.looks.into_iter().map(look).collect(),
             path: motion.path,
-        });
-        Some(Found { truth, members: members.collect() })
+        };
+        let of = |motions: Vec<Motion>| motions.into_iter().map(seen).collect();
+        Some(Found { truth, members: of(motions), pushed: of(pushed), seconds: 0.0 })
     }
 
     pub(super) fn keep_truth(&self, found: &Found, budget: Duration) -> Result<(), HarnessError> {
@@ -140,9 +150,9 @@ impl<'a> Memory<'a> {
             |look: &Look| Picture { x: flat(&look.x), kinetic: look.kinetic, strain: look.strain };
         let motion =
             |seen: &Seen| Motion { looks: seen.looks.iter().map(look).collect(), path: seen.path };
-        let motions: Vec<Motion> = found.members.iter().map(motion).collect();
+        let of = |films: &[Seen]| films.iter().map(motion).collect::<Vec<Motion>>();
         let part = if found.truth.is_trusted { TRUTH.to_owned() } else { no_truth(budget) };
-        self.keep(&part, 0, (&found.truth, motions))
+        self.keep(&part, 0, (&found.truth, of(&found.members), of(&found.pushed)))
     }
 
     /// Seconds of a step of a form, or why it is refused.
@@ -172,8 +182,8 @@ impl<'a> Memory<'a> {
         self.keep(&runs(form, truth.is_trusted), ran.run.substeps, ran)
     }
 
-    /// Whether a run ends well where the cloth is pushed at the start.
-    pub(super) fn push(&self, form: &str, substeps: u32) -> Option<bool> {
+    /// What came of a run where the cloth is pushed at the start.
+    pub(super) fn push(&self, form: &str, substeps: u32) -> Option<Pushed> {
         self.kept(&format!("push of {form}"), substeps)
     }
 
@@ -181,9 +191,9 @@ impl<'a> Memory<'a> {
         &self,
         form: &str,
         substeps: u32,
-        holds: bool,
+        pushed: &Pushed,
     ) -> Result<(), HarnessError> {
-        self.keep(&format!("push of {form}"), substeps, holds)
+        self.keep(&format!("push of {form}"), substeps, pushed)
     }
 
     /// Seconds of a run that was timed again.

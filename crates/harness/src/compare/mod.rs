@@ -1,12 +1,13 @@
 //! Which method to take for a scene of one's own: `drape compare`.
 //!
-//! 1. The *true motion* is built in at most three tenths of the time (`truth`).
+//! 1. The *true motion* is built in at most three tenths of the time, and that of the pushed cloth in
+//!    at most a tenth more (`truth`).
 //! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
 //!    run first; forms that take more than three times as long as one that meets the target stop
-//!    (`race`). A form that the user names runs at least once.
-//! 3. The best run once more from a pushed start, which a step at the edge of stability does not
-//!    survive; such forms are tried with more steps. Then the best are timed again, and [`advise`]
-//!    reads the advice from the record.
+//!    (`race`). A form that the user names runs at least once. A run must meet the target from pushed
+//!    starts, too, before it leads: in three directions it may gain no energy, which a step at the edge
+//!    of stability does, and in one it is held against the true motion there.
+//! 3. The best are timed again, and [`advise`] reads the advice from the record.
 //!
 //! The budget is wall time. It counts from [`Options::began`], such as the start of the program, and
 //! keeps [`Options::reserve`] for what follows, such as the page. Which runs fit into it depends on
@@ -58,17 +59,18 @@ use drape_model::{SystemSpec, Vec3, Violation};
 use drape_report::number::median;
 use facts::{End, Facts, Form, Metric, Run};
 use forms::Entry;
-use memory::{Memory, Ran};
+use memory::{Memory, Pushed, Ran};
 use pace::Pace;
 use race::{Entrant, Lap, Limits, Track, race};
-use stage::Stage;
+use stage::{PUSHES, Stage, Start};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use truth::{Found, find, verdict};
 
-/// Shares of the time without the reserve that have passed when the true motion, the race and the
-/// timing of the best must end. The rest is for steps that cannot be divided.
+/// Shares of the time without the reserve that have passed when the true motion, that of the pushed
+/// cloth, the race and the timing of the best must end. The rest is for steps that cannot be divided.
 const TRUTH_SHARE: f64 = 0.3;
+const PUSHED_SHARE: f64 = 0.4;
 const RACE_SHARE: f64 = 0.85;
 const TIMING_SHARE: f64 = 0.95;
 /// Share of the time until the end of the race that may go to probes: what is left of the forms is
@@ -76,12 +78,9 @@ const TIMING_SHARE: f64 = 0.95;
 const PROBES_SHARE: f64 = 0.5;
 /// Share of a film after which a run may be stopped as dominated.
 const EARLY: f64 = 0.1;
-/// Forms that are pushed and timed again, and how often they are timed, in turns.
+/// Forms that are timed again, and how often, in turns.
 const FINALISTS: usize = 6;
 const REPETITIONS: u32 = 5;
-/// How often a form that gains energy when pushed is tried with more steps, and by how much more.
-const FIRMER: usize = 3;
-const FINER: f64 = 1.25;
 /// A frame counts at most this many times the median.
 const SPIKE: f64 = 5.0;
 /// Forms up to this many times as slow as the best by one timing are timed again. After the first
@@ -248,7 +247,8 @@ pub fn resume(
     let found = match memory.truth(options.budget) {
         Some(found) => found,
         None => {
-            let found = find(&stage, until(TRUTH_SHARE))?;
+            let mut found = find(&stage, until(TRUTH_SHARE))?;
+            truth::push(&stage, &mut found, until(PUSHED_SHARE))?;
             if !is_interrupted(options) {
                 memory.keep_truth(&found, options.budget)?;
             }
@@ -276,7 +276,7 @@ pub fn resume(
             refusal,
         });
     let forms = forms.collect();
-    let Found { truth, members } = found;
+    let Found { truth, members, .. } = found;
     let hash = stage.hash.clone();
     let true_end = members.first().and_then(|seen| Some(seen.looks.last()?.x.clone()));
     let seconds = begin.elapsed().as_secs_f64();
@@ -333,7 +333,7 @@ fn held(
     let journal = Journal::none();
     let memory = Memory::new(&journal, None);
     let mut course = Course::new((stage, &entries), found, memory, deadline, &|_, _| ());
-    course.clock = clock;
+    (course.clock, course.is_pushing) = (clock, false);
     let lap = course.lap(0, substeps, Limits::NONE)?;
     if lap.end == Some(End::OutOfTime) {
         return Ok(Checked::NotMeasured);
@@ -401,12 +401,15 @@ struct Course<'a> {
     entries: &'a [Entry],
     truth: &'a facts::Truth,
     members: &'a [Seen],
+    /// True motions of the pushed cloth.
+    pushed: &'a [Seen],
     memory: Memory<'a>,
     clock: Clock,
-    good_m: f64,
     exhaustive: bool,
     /// Whether the user named the forms.
     is_named: bool,
+    /// Whether runs that lead are pushed.
+    is_pushing: bool,
     deadline: Deadline,
     /// The run before of each form, where runs are held against it.
     before: Vec<Option<Seen>>,
@@ -446,22 +449,23 @@ impl<'a> Course<'a> {
     /// A course on which nothing was run, by the clock.
     fn new(
         (stage, entries): (&'a Stage, &'a [Entry]),
-        Found { truth, members }: &'a Found,
+        Found { truth, members, pushed, .. }: &'a Found,
         memory: Memory<'a>,
         deadline: Deadline,
         tick: &'a dyn Fn(&'static str, Option<&str>),
     ) -> Self {
         let count = entries.len();
         Self {
-            good_m: truth.good_m(stage.scene.target_m),
             stage,
             entries,
             truth,
             members,
+            pushed,
             memory,
             clock: Clock::Wall,
             exhaustive: false,
             is_named: false,
+            is_pushing: true,
             deadline,
             before: vec![None; count],
             replayed: vec![None; count],
@@ -527,13 +531,14 @@ impl<'a> Course<'a> {
         };
         let deadline = self.deadline;
         let stop = |_: &Moment<'_>| deadline.is_over();
-        let (counts, seen) = self.stage.film(&self.entries[form].choice, substeps, 0, stop)?;
+        let (counts, seen) =
+            self.stage.film(&self.entries[form].choice, substeps, Start::default(), stop)?;
         self.before[form] = (!counts.outcome.is_over_budget).then_some(seen);
         Ok(())
     }
 
     /// Takes a run over that was made before an interruption.
-    fn replay(&mut self, form: usize, mut ran: Ran) -> Lap {
+    fn replay(&mut self, form: usize, mut ran: Ran) -> Result<Lap, HarnessError> {
         ran.run.form = form;
         if ran.end.is_none() && !ran.run.explodes() {
             self.replayed[form] = Some(ran.run.substeps);
@@ -541,37 +546,50 @@ impl<'a> Course<'a> {
         self.finish(ran)
     }
 
-    /// Records a run.
-    fn finish(&mut self, ran: Ran) -> Lap {
+    /// Records a run. Before it may lead it is pushed: where it fails, it has not met the target.
+    fn finish(&mut self, ran: Ran) -> Result<Lap, HarnessError> {
         let last = ran.last();
         let Ran { run, clock, end, .. } = ran;
-        let (form, frame_s, is_good) = (run.form, run.frame_s, run.meets(self.good_m));
+        let (form, frame_s, n) = (run.form, run.frame_s, self.runs.len());
         if end.is_none() && !run.explodes() {
             self.ends[form] = last;
         }
-        let leads = is_good && self.best.as_ref().is_none_or(|best| frame_s < best.frame_s);
-        if leads {
+        self.runs.push(run);
+        let would_lead = self.best.as_ref().is_none_or(|best| frame_s < best.frame_s);
+        if self.is_pushing && would_lead && self.is_met(&self.runs[n]) {
+            self.push(n)?;
+        }
+        let is_good = self.is_met(&self.runs[n]);
+        if is_good && would_lead {
             self.best = Some(Best { form, frame_s, clock });
         }
-        self.runs.push(run);
-        Lap { frame_s, is_good, end, is_late: false }
+        Ok(Lap { frame_s, is_good, end, is_late: false })
     }
 
     /// Distance of a film from the true motion, or from the run before, m.
     fn error(&mut self, form: usize, seen: &Seen) -> Option<f64> {
         if self.truth.is_trusted {
-            let (first, others) = self.members.split_first()?;
-            let mut error = self.stage.apart(seen, first);
-            // Where the noise is small, all members are near the first.
-            if self.truth.floor_m.is_some_and(|floor| 10.0 * floor > self.stage.scene.target_m) {
-                for other in others {
-                    error = error.min(self.stage.apart(seen, other));
-                }
-            }
-            return Some(error);
+            return self.nearest(seen, self.members, self.truth.floor_m);
         }
         let before = self.before[form].replace(seen.clone());
         before.map(|before| self.stage.apart(seen, &before))
+    }
+
+    /// Distance from the nearest of true motions with so much noise, m.
+    fn nearest(&self, seen: &Seen, members: &[Seen], floor_m: Option<f64>) -> Option<f64> {
+        let (first, others) = members.split_first()?;
+        let mut error = self.stage.apart(seen, first);
+        // Where the noise is small, all members are near the first.
+        if floor_m.is_some_and(|floor| 10.0 * floor > self.stage.scene.target_m) {
+            for other in others {
+                error = error.min(self.stage.apart(seen, other));
+            }
+        }
+        Some(error)
+    }
+
+    fn is_met(&self, run: &Run) -> bool {
+        self.truth.is_met(self.stage.scene.target_m, run)
     }
 
     /// The runs that may be advised, the fastest first.
@@ -584,49 +602,76 @@ impl<'a> Course<'a> {
         finalists
     }
 
-    /// Repeats the best from a pushed start. A form that gains energy there takes more steps.
+    /// Pushes those of the best that did not lead in the race.
     fn push_the_best(&mut self) -> Result<(), HarnessError> {
         let is_new = |run: &Run| run.holds_when_pushed.is_none();
         while let Some(n) = self.finalists().into_iter().find(|&n| is_new(&self.runs[n])) {
-            let (form, substeps) = (self.runs[n].form, self.runs[n].substeps);
-            let Some(holds) = self.holds_when_pushed(n)? else { return Ok(()) };
-            self.runs[n].holds_when_pushed = Some(holds);
-            let fragile = self.runs.iter().filter(|run| run.form == form && run.is_fragile());
-            if holds || fragile.count() > FIRMER {
-                continue;
-            }
-            let more = (FINER * f64::from(substeps)).ceil() as u32;
-            let frame_s = self.runs[n].frame_s * f64::from(more) / f64::from(substeps);
-            let is_made = self.runs.iter().any(|run| (run.form, run.substeps) == (form, more));
-            if !is_made && self.has_time(form, more, frame_s) {
-                self.lap(form, more, Limits::NONE)?;
+            if !self.push(n)? {
+                break;
             }
         }
         Ok(())
     }
 
-    /// Whether a run ends well from a pushed start; `None` where there is no time to know.
-    fn holds_when_pushed(&self, n: usize) -> Result<Option<bool>, HarnessError> {
-        let (run, deadline) = (&self.runs[n], self.deadline);
+    /// Repeats a run from pushed starts. Returns whether the time sufficed.
+    fn push(&mut self, n: usize) -> Result<bool, HarnessError> {
+        let pushed = self.pushed(n)?;
+        self.runs[n].holds_when_pushed = pushed.map(|pushed| pushed.holds);
+        self.runs[n].pushed_m = pushed.and_then(|pushed| pushed.error_m);
+        Ok(pushed.is_some())
+    }
+
+    /// What comes of a run from pushed starts; `None` where there is no time to know.
+    fn pushed(&self, n: usize) -> Result<Option<Pushed>, HarnessError> {
+        let run = &self.runs[n];
         let choice = &self.entries[run.form].choice;
         let known = self.memory.push(&choice.full_id(), run.substeps);
         if known.is_some() {
             return Ok(known);
         }
         (self.tick)("pushes", Some(&self.entries[run.form].label));
-        let counts = match self.stage.pushed(choice, run.substeps, |_| deadline.is_over()) {
-            Ok(counts) if counts.outcome.is_over_budget => return Ok(None),
-            Ok(counts) => Some(counts),
-            // A step that fails there is no better than one that explodes.
-            Err(error) => refusal(error).map(|_| None)?,
-        };
-        let gains = |counts: &Counts| {
-            let verdict = verdict(self.truth, counts, None);
-            matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
-        };
-        let holds = counts.is_some_and(|counts| !gains(&counts));
-        self.memory.keep_push(&choice.full_id(), run.substeps, holds)?;
-        Ok(Some(holds))
+        let mut pushed = Pushed { holds: true, error_m: None };
+        for direction in 0..PUSHES {
+            let (counts, film) = match self.pushed_once(choice, run.substeps, direction) {
+                Ok((counts, _)) if counts.outcome.is_over_budget => return Ok(None),
+                Ok(found) => found,
+                // A step that fails there is no better than one that explodes.
+                Err(error) => {
+                    refusal(error)?;
+                    pushed.holds = false;
+                    break;
+                }
+            };
+            let verdict = verdict(self.truth, &counts, None);
+            pushed.holds =
+                !matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
+            if !pushed.holds {
+                break;
+            }
+            if let Some(film) = film {
+                let error = self.nearest(&film, self.pushed, self.truth.pushed_floor_m);
+                pushed.error_m = error.filter(|error| error.is_finite());
+            }
+        }
+        self.memory.keep_push(&choice.full_id(), run.substeps, &pushed)?;
+        Ok(Some(pushed))
+    }
+
+    /// A run from a pushed start, with its film where there is a true motion.
+    fn pushed_once(
+        &self,
+        choice: &Choice,
+        substeps: u32,
+        direction: usize,
+    ) -> Result<(Counts, Option<Seen>), HarnessError> {
+        let deadline = self.deadline;
+        let stop = |_: &Moment<'_>| deadline.is_over();
+        if direction > 0 || self.pushed.is_empty() {
+            return Ok((self.stage.pushed(choice, substeps, direction, stop)?, None));
+        }
+        let from = Start { member: 0, push: Some(direction) };
+        let (counts, seen) = self.stage.film(choice, substeps, from, stop)?;
+        Ok((counts, Some(seen)))
     }
 
     /// Times the best again: the least time counts.
@@ -672,7 +717,7 @@ impl Track for Course<'_> {
         let entries = self.entries;
         let choice: &Choice = &entries[form].choice;
         if let Some(ran) = self.memory.run(&choice.full_id(), substeps, self.truth) {
-            return Ok(self.replay(form, ran));
+            return self.replay(form, ran);
         }
         self.recall(form)?;
         let best = self.best.take();
@@ -710,7 +755,7 @@ impl Track for Course<'_> {
             is_late &= reason.is_none();
             reason.is_some() || is_late
         };
-        let film = self.stage.film(choice, substeps, 0, stop);
+        let film = self.stage.film(choice, substeps, Start::default(), stop);
         self.best = best;
         let (counts, seen) = match film {
             Ok(film) => film,
@@ -748,6 +793,7 @@ impl Track for Course<'_> {
             },
             repetitions: 1,
             holds_when_pushed: None,
+            pushed_m: None,
         };
         let end = if outcome.is_over_budget { reason } else { None };
         if end.is_none() {
@@ -777,7 +823,7 @@ impl Track for Course<'_> {
         if end != Some(End::OutOfTime) {
             self.memory.keep_run(&choice.full_id(), &ran, self.truth)?;
         }
-        Ok(self.finish(ran))
+        self.finish(ran)
     }
 
     fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool {

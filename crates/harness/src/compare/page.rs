@@ -366,11 +366,10 @@ fn said(end: End) -> &'static str {
 /// The best run of each form: the cheapest that meets the target, or else the last. A form that was
 /// not run stands there, too.
 pub(super) fn forms(facts: &Facts) -> Table {
-    let good = facts.good_m();
     let mut rows: Vec<(f64, Vec<String>)> = Vec::new();
     for (n, form) in facts.forms.iter().enumerate() {
         let own = || facts.runs.iter().filter(|run| run.form == n);
-        let met = own().filter(|run| run.meets(good));
+        let met = own().filter(|run| facts.is_met(run));
         let best = met.min_by(|a, b| a.frame_s.total_cmp(&b.frame_s));
         let shown = best.or_else(|| own().next_back());
         let rank = shown.map_or(f64::INFINITY, |run| {
@@ -381,7 +380,7 @@ pub(super) fn forms(facts: &Facts) -> Table {
             rank,
             vec![
                 form.label.clone(),
-                of(&verdict),
+                of(&|run| verdict(facts, run)),
                 said(form.end).to_owned(),
                 of(&|run| run.substeps.to_string()),
                 of(&|run| significant(1e3 * run.frame_s, 2)),
@@ -402,11 +401,15 @@ pub(super) fn forms(facts: &Facts) -> Table {
 }
 
 /// Its verdict, and what a push makes of it. A run that was stopped has none.
-fn verdict(run: &Run) -> String {
+fn verdict(facts: &Facts, run: &Run) -> String {
     if run.verdict == Verdict::OverBudget {
         return "stopped".to_owned();
     }
-    let pushed = if run.is_fragile() { ", gains energy when pushed" } else { "" };
+    let pushed = match (run.is_fragile(), facts.strays(run)) {
+        (true, _) => ", gains energy when pushed",
+        (false, true) => ", errs too much when pushed",
+        (false, false) => "",
+    };
     format!("{}{pushed}", run.verdict)
 }
 
@@ -418,7 +421,7 @@ fn runs(facts: &Facts) -> Table {
     let line = |run: &&Run| {
         vec![
             facts.form_of(run).label.clone(),
-            verdict(run),
+            verdict(facts, run),
             run.substeps.to_string(),
             significant(1e3 * run.frame_s, 2),
             millimetres(run.error_m),

@@ -28,6 +28,8 @@ const FEW_LOOKS: usize = 5;
 const USUAL_TARGET: f64 = 0.01;
 /// Greatest distance of a particle from its place in a perturbed start, over the size of the cloth.
 const NOISE: f64 = 1e-6;
+/// Directions in which the cloth is pushed.
+pub(super) const PUSHES: usize = 3;
 /// Velocity of a push, in sizes of the cloth a second.
 const PUSH: f64 = 0.1;
 /// A run that is timed is repeated for so long.
@@ -52,6 +54,15 @@ pub(super) struct Stage {
     seed: u64,
     /// What theory needs to know, where only tension and where all springs are implicit.
     levers: [OnceLock<Result<Lever, Unforeseen>>; 2],
+}
+
+/// Where a run starts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Start {
+    /// With 0 at the places of the scene; another number is that of a perturbation.
+    pub(super) member: usize,
+    /// The direction in which all free particles are pushed, if they are.
+    pub(super) push: Option<usize>,
 }
 
 /// What a cheap check says about the motion of a run.
@@ -208,48 +219,65 @@ impl Stage {
         *kept.get_or_init(|| Lever::of(system, state, implicit, duration_s))
     }
 
-    /// Films a run. Member 0 starts where the scene does, another number from a perturbed start.
-    /// `stop` ends the run.
+    /// Films a run. `stop` ends it.
     pub(super) fn film<'a>(
         &'a self,
         choice: &'a Choice,
         substeps: u32,
-        member: usize,
+        from: Start,
         stop: impl FnMut(&Moment<'_>) -> bool + 'a,
     ) -> Result<(Counts, Seen), HarnessError> {
-        let (start, numbering) = self.of(choice);
+        let numbering = self.of(choice).1;
+        let start = self.start(choice, from);
+        let first = match from.member {
+            0 => self.first.clone(),
+            _ => numbering.restore(&start.state).x.clone(),
+        };
         let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
         let runner = runner.numbered(numbering).stop(stop);
-        if member == 0 {
-            return self.camera.film(runner, start, &self.first, substeps);
-        }
-        let mut start = start.clone();
-        let mut random = Random::new(self.seed.wrapping_add(member as u64));
-        let reach = NOISE * self.scene.size_m;
-        for (x, pinned) in start.state.x.iter_mut().zip(start.system.pinned()) {
-            let noise = random.vector() * reach;
-            *x += if *pinned { Vec3::zeros() } else { noise };
-        }
-        let first = numbering.restore(&start.state).x.clone();
         self.camera.film(runner, &start, &first, substeps)
     }
 
-    /// A run in which all free particles are pushed at the start, in a direction by the seed.
+    /// A run in which all free particles are pushed at the start.
     pub(super) fn pushed(
         &self,
         choice: &Choice,
         substeps: u32,
+        direction: usize,
         stop: impl FnMut(&Moment<'_>) -> bool,
     ) -> Result<Counts, HarnessError> {
-        let (start, numbering) = self.of(choice);
-        let mut start = start.clone();
-        let direction = Random::new(self.seed).vector();
-        let push = direction * (PUSH * self.scene.size_m / direction.norm().max(1e-9));
-        for (v, pinned) in start.state.v.iter_mut().zip(start.system.pinned()) {
-            *v += if *pinned { Vec3::zeros() } else { push };
-        }
+        let start = self.start(choice, Start { member: 0, push: Some(direction) });
         let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
-        runner.numbered(numbering).stop(stop).count(&start)
+        runner.numbered(self.of(choice).1).stop(stop).count(&start)
+    }
+
+    fn start(&self, choice: &Choice, Start { member, push }: Start) -> Simulation {
+        let mut start = self.of(choice).0.clone();
+        let Simulation { system, state } = &mut start;
+        if member > 0 {
+            let mut random = Random::new(self.seed.wrapping_add(member as u64));
+            let reach = NOISE * self.scene.size_m;
+            for (x, pinned) in state.x.iter_mut().zip(system.pinned()) {
+                let noise = random.vector() * reach;
+                *x += if *pinned { Vec3::zeros() } else { noise };
+            }
+        }
+        if let Some(direction) = push {
+            let push = self.direction(direction) * (PUSH * self.scene.size_m);
+            for (v, pinned) in state.v.iter_mut().zip(system.pinned()) {
+                *v += if *pinned { Vec3::zeros() } else { push };
+            }
+        }
+        start
+    }
+
+    /// One of [`PUSHES`] directions that are at right angles to each other, by the seed.
+    fn direction(&self, number: usize) -> Vec3 {
+        let mut random = Random::new(self.seed);
+        let unit = |a: Vec3| a / a.norm().max(1e-9);
+        let first = unit(random.vector());
+        let second = unit(first.cross(&random.vector()));
+        [first, second, first.cross(&second)][number % PUSHES]
     }
 
     /// Seconds of the steps of a whole run, without diagnostics. A short run is repeated, so that it

@@ -3,13 +3,13 @@
 //! A method of the registry runs with more and more steps a frame, until doubling them changes the
 //! motion by less than a tenth of the target or by no more than noise does. Starts that are
 //! perturbed by a millionth of the cloth's size tell the noise: a run is held against the nearest
-//! of these motions.
+//! of these motions. The same motions of the pushed cloth tell whether a run holds there, too.
 
 use super::Clock;
 use super::deadline::Deadline;
 use super::facts::Truth;
 use super::pace::Pace;
-use super::stage::Stage;
+use super::stage::{Stage, Start};
 use crate::HarnessError;
 use crate::film::{Seen, mean};
 use crate::methods::Choice;
@@ -53,6 +53,17 @@ pub(super) struct Found {
     pub(super) truth: Truth,
     /// The first is without noise. Empty where there is none.
     pub(super) members: Vec<Seen>,
+    /// The same of the pushed cloth. Empty where there are none.
+    pub(super) pushed: Vec<Seen>,
+    /// Seconds of the first, and of a comparison with it; 0 where it was made before.
+    pub(super) seconds: f64,
+}
+
+impl Found {
+    /// What is known where there is no true motion, and why.
+    pub(super) fn none(remark: Option<String>) -> Self {
+        Self { truth: none(remark), members: Vec::new(), pushed: Vec::new(), seconds: 0.0 }
+    }
 }
 
 /// The finest motion of one candidate.
@@ -112,27 +123,14 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     }
     let Some(best) = best else {
         let remark = remark.or_else(|| Some("no method could make it".to_owned()));
-        return Ok(Found { truth: none(remark), members: Vec::new() });
+        return Ok(Found::none(remark));
     };
-    let mut members = vec![best.seen];
     let threads = rayon::current_num_threads().max(1);
-    let left = deadline.left().as_secs_f64();
-    let each = best.seconds / threads as f64 + best.apart_s;
-    let count = (left / each.max(1e-9)).floor().min(PERTURBED as f64) as usize;
-    let perturbed: Vec<_> = (1..=count)
-        .into_par_iter()
-        .map(|member| stage.film(&best.choice, best.substeps, member, |_| deadline.is_over()))
-        .collect();
-    for run in perturbed {
-        let (counts, seen) = run?;
-        members.extend(is_usable(&counts).then_some(seen));
-    }
-    let floor = |members: &[Seen]| {
-        let (first, others) = members.split_first()?;
-        let all = others.iter().map(|other| stage.apart(first, other));
-        (!others.is_empty()).then(|| mean(all))
-    };
-    let floor_m = floor(&members);
+    let seconds = best.seconds / threads as f64 + best.apart_s;
+    let starts = (1..=PERTURBED).map(|member| Start { member, push: None });
+    let mut members = vec![best.seen];
+    members.extend(films(stage, (&best.choice, best.substeps), starts, (seconds, deadline))?);
+    let floor_m = floor(stage, &members);
     let path = members[0].path;
     let energy = best.counts.energy;
     let released = energy.released.max(50.0 * stage.round_off());
@@ -142,6 +140,7 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
         error_m: Some(best.error),
         members: members.len(),
         floor_m,
+        pushed_floor_m: None,
         path_m: Some(path),
         moves: path > STILL * stage.scene.size_m,
         released_j: (!energy.is_open).then_some(released),
@@ -156,7 +155,60 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     } else if floor_m.is_none() {
         truth.remark = Some("the time did not suffice for perturbed starts".to_owned());
     }
-    Ok(Found { truth, members })
+    Ok(Found { truth, members, pushed: Vec::new(), seconds })
+}
+
+/// Makes the true motions of the pushed cloth before `deadline`: with the method and the steps of the
+/// true motion, as many as there are of that, so far as the time allows.
+pub(super) fn push(
+    stage: &Stage,
+    found: &mut Found,
+    deadline: Deadline,
+) -> Result<(), HarnessError> {
+    let Some(method) = found.truth.method.as_deref().filter(|_| found.truth.is_trusted) else {
+        return Ok(());
+    };
+    let run = (&Choice::parse(method, &[])?, found.truth.substeps);
+    let starts = (0..found.members.len()).map(|member| Start { member, push: Some(0) });
+    let pushed = films(stage, run, starts, (found.seconds, deadline))?;
+    // One alone does not tell the noise.
+    if pushed.len() == found.members.len() {
+        found.truth.pushed_floor_m = floor(stage, &pushed);
+        found.pushed = pushed;
+    }
+    Ok(())
+}
+
+/// Motions from several starts, without those for which the time does not suffice or that gain energy.
+/// Each takes about so many seconds.
+fn films(
+    stage: &Stage,
+    (choice, substeps): (&Choice, u32),
+    starts: impl Iterator<Item = Start>,
+    (each, deadline): (f64, Deadline),
+) -> Result<Vec<Seen>, HarnessError> {
+    let count = (deadline.left().as_secs_f64() / each.max(1e-9)).floor();
+    let starts: Vec<Start> = starts.take(count as usize).collect();
+    let runs: Vec<_> = starts
+        .into_par_iter()
+        .map(|start| stage.film(choice, substeps, start, |_| deadline.is_over()))
+        .collect();
+    let mut seen = Vec::new();
+    for run in runs {
+        let (counts, film) = match run {
+            Err(HarnessError::Step(_)) => continue,
+            other => other?,
+        };
+        seen.extend(is_usable(&counts).then_some(film));
+    }
+    Ok(seen)
+}
+
+/// Mean distance of the others from the first, m.
+fn floor(stage: &Stage, members: &[Seen]) -> Option<f64> {
+    let (first, others) = members.split_first()?;
+    let all = others.iter().map(|other| stage.apart(first, other));
+    (!others.is_empty()).then(|| mean(all))
 }
 
 /// No true motion, and why.
@@ -167,6 +219,7 @@ pub(super) fn none(remark: Option<String>) -> Truth {
         error_m: None,
         members: 0,
         floor_m: None,
+        pushed_floor_m: None,
         path_m: None,
         moves: true,
         released_j: None,
@@ -207,7 +260,8 @@ fn candidate(
     }
     let film = |substeps: u32, member: usize| {
         let begin = Instant::now();
-        let (counts, seen) = stage.film(choice, substeps, member, |_| deadline.is_over())?;
+        let from = Start { member, push: None };
+        let (counts, seen) = stage.film(choice, substeps, from, |_| deadline.is_over())?;
         Ok::<_, HarnessError>((counts, seen, begin.elapsed().as_secs_f64()))
     };
     let (mut retries, mut coarse) = (0, None);

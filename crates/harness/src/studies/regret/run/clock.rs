@@ -248,10 +248,9 @@ fn is_same(a: &Pick, b: &Pick) -> bool {
 
 /// The fastest run of each form that meets the target, the fastest form first.
 fn best_of(record: &Record) -> Vec<Pick> {
-    let good = record.good_m();
     let mut best: Vec<Pick> = Vec::new();
     for (form, named) in record.forms.iter().enumerate() {
-        let own = record.runs.iter().filter(|run| run.form == form && run.meets(good));
+        let own = record.runs.iter().filter(|run| run.form == form && record.is_met(run));
         let Some(run) = own.min_by(|a, b| a.frame_s.total_cmp(&b.frame_s)) else { continue };
         let Some(error_m) = run.error_m else { continue };
         best.push(Pick {

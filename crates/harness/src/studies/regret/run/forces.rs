@@ -20,10 +20,14 @@ pub(super) const SCENES: &[(&str, Make)] = &[
     ("hinged-mesh-in-wind", hinged_mesh_in_wind),
     ("angles-on-peg", angles_on_peg),
     ("dragged-cloth", dragged_cloth),
-    // Made after the rules of the comparison had last been changed, and run once since.
+    // Made after the first two rules of the comparison that these scenes led to.
     ("blanket-over-edge", blanket_over_edge),
     ("banner-in-squall", banner_in_squall),
     ("cloth-on-two-balls", cloth_on_two_balls),
+    // Made with the last.
+    ("tarpaulin-on-edge", tarpaulin_on_edge),
+    ("kite-on-strings", kite_on_strings),
+    ("napkin-thrown", napkin_thrown),
 ];
 
 fn read(cloth: &str, effects: &str, rest: &str) -> Result<SystemSpec, HarnessError> {
@@ -216,5 +220,44 @@ fn cloth_on_two_balls() -> Result<SystemSpec, HarnessError> {
     let rest = r#""obstacles": [{ "sphere": { "center_m": [-0.22, 0, 0], "radius_m": 0.17,
         "friction": 0.5 } }, { "sphere": { "center_m": [0.25, 0.05, -0.03], "radius_m": 0.12,
         "friction": 0.2 } }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A stiff sheet that stands almost upright on a floor and falls over.
+fn tarpaulin_on_edge() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 13, "columns": 13, "size_m": [0.8, 0.8],
+        "center_m": [0, 0, 0.41], "mass_kg": 0.35,
+        "rotation": { "axis": [1, 0.1, 0], "angle_deg": 78 } }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 900, "damping_n_s_per_m": 0.06 },
+        "shear": { "stiffness_n_per_m": 200, "damping_n_s_per_m": 0.01 },
+        "bending": { "stiffness_n_per_m": 6, "damping_n_s_per_m": 0.003 }"#;
+    let rest = r#""obstacles": [{ "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1],
+        "friction": 0.7 } }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A diamond that two corners hold in a wind from below.
+fn kite_on_strings() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 12, "columns": 15, "size_m": [0.7, 0.5],
+        "center_m": [0, 0, 0], "mass_kg": 0.03,
+        "rotation": { "axis": [0, 1, 0], "angle_deg": 25 } }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 100, "damping_n_s_per_m": 0.004 },
+        "shear": { "stiffness_n_per_m": 25, "damping_n_s_per_m": 0.001 },
+        "bending": { "stiffness_n_per_m": 0.3, "damping_n_s_per_m": 0.0002 },
+        "air": { "drag": { "quadratic": { "coefficient": 1.2 } },
+            "wind": { "velocity_m_s": [2, 0.5, 4] } }"#;
+    let rest = r#""pins": [{ "row": 0, "column": 0 }, { "row": 11, "column": 14 }],"#;
+    read(cloth, effects, rest)
+}
+
+/// A napkin that is thrown at a box and slides off.
+fn napkin_thrown() -> Result<SystemSpec, HarnessError> {
+    let cloth = r#""grid": { "rows": 11, "columns": 11, "size_m": [0.4, 0.4],
+        "center_m": [-0.25, 0.03, 0.12], "mass_kg": 0.02, "velocity_m_s": [1.2, 0, 0],
+        "rotation": { "axis": [0.3, 1, 0], "angle_deg": -40 } }"#;
+    let effects = r#""tension": { "stiffness_n_per_m": 70, "damping_n_s_per_m": 0.005 },
+        "shear": { "stiffness_n_per_m": 10, "damping_n_s_per_m": 0.0008 }"#;
+    let rest = r#""obstacles": [{ "box": { "center_m": [0.2, 0, 0], "size_m": [0.3, 0.5, 0.2],
+        "friction": 0.3 } }],"#;
     read(cloth, effects, rest)
 }
