@@ -268,8 +268,8 @@ mod tests {
     }
 
     /// The aim as the committed record says: for all scenes a regret of 1.1 in the median and 1.5 at
-    /// most, the budget kept and every search whole; on scenes that are not bundled the target is met
-    /// on the pushed cloth in 95 % of the cases, and in all in nine of ten.
+    /// most, the budget kept and every search whole; the target is met on the pushed cloth in 95 % of all
+    /// cases, and of those on scenes that are not bundled.
     #[test]
     fn the_committed_timings_keep_what_the_pages_say() {
         let results = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
@@ -287,7 +287,7 @@ mod tests {
             Tally::of(own.filter_map(TimingRow::outcome)).share().unwrap_or(0.0)
         };
         assert!(share(&|row| row.origin != Origin::Bundled) >= MET);
-        assert!(share(&|_| true) >= 0.9);
+        assert!(share(&|_| true) >= MET);
     }
 
     /// Met, missed, not measured, lacking an advice, and a target that no form meets.
