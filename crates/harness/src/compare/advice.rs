@@ -78,8 +78,12 @@ pub fn advise(facts: &Facts) -> Advice {
     let picks: Vec<Pick> = ranked.iter().map(pick).collect();
     let (ties, slower): (Vec<Pick>, Vec<Pick>) =
         picks.iter().skip(1).partition(|pick| pick.times <= TIE);
-    let sound = (0..runs.len()).filter(|&n| runs[n].is_sound() && runs[n].error_m.is_some());
-    let error = |n: &usize| runs[*n].error_m.unwrap_or(f64::INFINITY);
+    let is_sound = |run: &Run| run.is_sound() && !run.is_fragile() && run.error_m.is_some();
+    let sound = (0..runs.len()).filter(|&n| is_sound(&runs[n]));
+    let error = |n: &usize| {
+        let run = &runs[*n];
+        run.error_m.unwrap_or(f64::INFINITY).max(run.pushed_m.unwrap_or(0.0))
+    };
     let closest = sound.min_by(|a, b| error(a).total_cmp(&error(b)));
     let failed = |is: &dyn Fn(&Run) -> bool| {
         let most = |(form, _): (usize, _)| {
@@ -232,7 +236,11 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         } else {
             String::new()
         };
-        format!("{error}{}{solves}", milliseconds(run.frame_s))
+        let pushed = match (run.holds_when_pushed, truth.is_trusted && truth.moves) {
+            (None, true) => "; the time did not suffice to push it",
+            _ => "",
+        };
+        format!("{error}{}{solves}{pushed}", milliseconds(run.frame_s))
     };
     let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     match (&advice.take, &advice.closest) {

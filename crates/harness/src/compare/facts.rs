@@ -164,7 +164,7 @@ pub struct Run {
     /// How often it was timed.
     pub repetitions: u32,
     /// Whether the same steps gain no energy where all free particles are pushed at the start, in
-    /// three directions. Only the best are tried.
+    /// three directions, or in fewer where the time ended. Only the best are tried.
     pub holds_when_pushed: Option<bool>,
     /// Distance from the true motion of the pushed cloth by the metric, m, where there is one.
     #[serde(default)]
@@ -204,7 +204,7 @@ impl Truth {
     /// Whether a run meets a target, m: it is sound, errs little enough, and where the cloth is
     /// pushed it gains no energy and errs little enough, as far as that was tried.
     pub fn is_met(&self, target_m: f64, run: &Run) -> bool {
-        let noise = self.pushed_floor_m.or(self.floor_m).unwrap_or(0.0);
+        let noise = self.pushed_floor_m.unwrap_or(0.0);
         let is_near = run.error_m.is_some_and(|error| error <= self.good_m(target_m));
         let is_near_when_pushed =
             run.pushed_m.is_none_or(|error| error <= target_m.max(2.0 * noise));

@@ -101,6 +101,11 @@ fn no_truth(budget: Duration) -> String {
     format!("no {TRUTH} within {} s", budget.as_secs_f64())
 }
 
+/// Where the pushes of a form are kept.
+fn pushes(form: &str, is_held: bool) -> String {
+    if is_held { format!("push of {form}") } else { format!("push of {form} alone") }
+}
+
 /// The cells of the runs of a form.
 fn runs(form: &str, is_trusted: bool) -> String {
     let held = if is_trusted { "" } else { ", held against themselves" };
@@ -182,9 +187,9 @@ impl<'a> Memory<'a> {
         self.keep(&runs(form, truth.is_trusted), ran.run.substeps, ran)
     }
 
-    /// What came of a run where the cloth is pushed at the start.
-    pub(super) fn push(&self, form: &str, substeps: u32) -> Option<Pushed> {
-        self.kept(&format!("push of {form}"), substeps)
+    /// What came of a run where the cloth is pushed at the start, with or without a true motion there.
+    pub(super) fn push(&self, form: &str, substeps: u32, is_held: bool) -> Option<Pushed> {
+        self.kept(&pushes(form, is_held), substeps)
     }
 
     pub(super) fn keep_push(
@@ -192,8 +197,9 @@ impl<'a> Memory<'a> {
         form: &str,
         substeps: u32,
         pushed: &Pushed,
+        is_held: bool,
     ) -> Result<(), HarnessError> {
-        self.keep(&format!("push of {form}"), substeps, pushed)
+        self.keep(&pushes(form, is_held), substeps, pushed)
     }
 
     /// Seconds of a run that was timed again.

@@ -1,7 +1,7 @@
 //! Which method to take for a scene of one's own: `drape compare`.
 //!
-//! 1. The *true motion* is built in at most three tenths of the time, and that of the pushed cloth in
-//!    at most a tenth more (`truth`).
+//! 1. The *true motion* is built in at most three tenths of the time, and that of the pushed cloth
+//!    before four tenths have passed (`truth`).
 //! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
 //!    run first; forms that take more than three times as long as one that meets the target stop
 //!    (`race`). A form that the user names runs at least once. A run must meet the target from pushed
@@ -445,6 +445,11 @@ fn refusal(error: HarnessError) -> Result<String, HarnessError> {
     }
 }
 
+/// Whether a run ended because a program of the user failed.
+fn is_outside(counts: &Counts) -> bool {
+    counts.outcome.divergence.as_ref().is_some_and(|end| end.is_outside)
+}
+
 impl<'a> Course<'a> {
     /// A course on which nothing was run, by the clock.
     fn new(
@@ -623,17 +628,24 @@ impl<'a> Course<'a> {
 
     /// What comes of a run from pushed starts; `None` where there is no time to know.
     fn pushed(&self, n: usize) -> Result<Option<Pushed>, HarnessError> {
-        let run = &self.runs[n];
+        let (run, is_held) = (&self.runs[n], !self.pushed.is_empty());
         let choice = &self.entries[run.form].choice;
-        let known = self.memory.push(&choice.full_id(), run.substeps);
+        let known = self.memory.push(&choice.full_id(), run.substeps, is_held);
         if known.is_some() {
             return Ok(known);
         }
         (self.tick)("pushes", Some(&self.entries[run.form].label));
         let mut pushed = Pushed { holds: true, error_m: None };
+        // The push sets free its own energy, too.
+        let released_j = self.truth.released_j.map(|released| released + self.stage.push_energy());
+        let truth = facts::Truth { released_j, ..self.truth.clone() };
         for direction in 0..PUSHES {
             let (counts, film) = match self.pushed_once(choice, run.substeps, direction) {
-                Ok((counts, _)) if counts.outcome.is_over_budget => return Ok(None),
+                Ok((counts, _)) if counts.outcome.is_over_budget => {
+                    return Ok((direction > 0).then_some(pushed));
+                }
+                // A program of the user failed: that is no verdict on its method.
+                Ok((counts, _)) if is_outside(&counts) => return Ok(None),
                 Ok(found) => found,
                 // A step that fails there is no better than one that explodes.
                 Err(error) => {
@@ -642,7 +654,7 @@ impl<'a> Course<'a> {
                     break;
                 }
             };
-            let verdict = verdict(self.truth, &counts, None);
+            let verdict = verdict(&truth, &counts, None);
             pushed.holds =
                 !matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
             if !pushed.holds {
@@ -653,7 +665,7 @@ impl<'a> Course<'a> {
                 pushed.error_m = error.filter(|error| error.is_finite());
             }
         }
-        self.memory.keep_push(&choice.full_id(), run.substeps, &pushed)?;
+        self.memory.keep_push(&choice.full_id(), run.substeps, &pushed, is_held)?;
         Ok(Some(pushed))
     }
 

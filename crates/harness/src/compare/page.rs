@@ -381,7 +381,10 @@ pub(super) fn forms(facts: &Facts) -> Table {
             vec![
                 form.label.clone(),
                 of(&|run| verdict(facts, run)),
-                said(form.end).to_owned(),
+                match (form.end, best) {
+                    (End::Good, None) => "misses the target when pushed".to_owned(),
+                    (end, _) => said(end).to_owned(),
+                },
                 of(&|run| run.substeps.to_string()),
                 of(&|run| significant(1e3 * run.frame_s, 2)),
                 of(&|run| millimetres(run.error_m)),

@@ -251,6 +251,13 @@ impl Stage {
         runner.numbered(self.of(choice).1).stop(stop).count(&start)
     }
 
+    /// Energy of a push, J.
+    pub(super) fn push_energy(&self) -> f64 {
+        let system = &self.plain.system;
+        let free = system.mass().iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+        0.5 * free.map(|(mass, _)| mass).sum::<f64>() * (PUSH * self.scene.size_m).powi(2)
+    }
+
     fn start(&self, choice: &Choice, Start { member, push }: Start) -> Simulation {
         let mut start = self.of(choice).0.clone();
         let Simulation { system, state } = &mut start;

@@ -159,7 +159,7 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
 }
 
 /// Makes the true motions of the pushed cloth before `deadline`: with the method and the steps of the
-/// true motion, as many as there are of that, so far as the time allows.
+/// true motion, as many as there are of that, if the time suffices.
 pub(super) fn push(
     stage: &Stage,
     found: &mut Found,
@@ -168,6 +168,10 @@ pub(super) fn push(
     let Some(method) = found.truth.method.as_deref().filter(|_| found.truth.is_trusted) else {
         return Ok(());
     };
+    let needed = found.seconds * found.members.len() as f64;
+    if needed > deadline.left().as_secs_f64() {
+        return Ok(());
+    }
     let run = (&Choice::parse(method, &[])?, found.truth.substeps);
     let starts = (0..found.members.len()).map(|member| Start { member, push: Some(0) });
     let pushed = films(stage, run, starts, (found.seconds, deadline))?;

@@ -119,6 +119,14 @@ fn a_program_may_end_right_after_its_answer() {
         let said = step(&command, &[]);
         assert!(said.is_ok(), "{said:?}");
     }
+    let (system, mut state) = scene();
+    let h = TimeStep::new(0.1).unwrap();
+    let mut integrator = integrator(&command, &[]);
+    integrator.prepare(&system, h).unwrap();
+    let mut step = || integrator.step(&system, &mut state, h, &mut PhaseClock::off());
+    assert!(step().is_ok());
+    let Err(StepError::Outside(said)) = step() else { panic!("the program has ended") };
+    assert!(said.contains("ended in a step"), "{said}");
 }
 
 #[test]
