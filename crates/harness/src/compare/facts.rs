@@ -185,8 +185,8 @@ impl Facts {
 
     /// Whether a run meets the target but for the push: there it gains no energy and errs too much.
     pub fn strays(&self, run: &Run) -> bool {
-        self.truth.is_met(self.scene.target_m, &Run { pushed_m: None, ..run.clone() })
-            && !self.is_met(run)
+        let target_m = self.scene.target_m;
+        self.truth.is_met_here(target_m, run) && !self.truth.is_near_when_pushed(target_m, run)
     }
 
     /// The form of a run.
@@ -204,11 +204,19 @@ impl Truth {
     /// Whether a run meets a target, m: it is sound, errs little enough, and where the cloth is
     /// pushed it gains no energy and errs little enough, as far as that was tried.
     pub fn is_met(&self, target_m: f64, run: &Run) -> bool {
-        let noise = self.pushed_floor_m.unwrap_or(0.0);
+        self.is_met_here(target_m, run) && self.is_near_when_pushed(target_m, run)
+    }
+
+    /// As [`is_met`](Self::is_met), whatever the error where the cloth is pushed.
+    fn is_met_here(&self, target_m: f64, run: &Run) -> bool {
         let is_near = run.error_m.is_some_and(|error| error <= self.good_m(target_m));
-        let is_near_when_pushed =
-            run.pushed_m.is_none_or(|error| error <= target_m.max(2.0 * noise));
-        run.is_sound() && is_near && !run.is_fragile() && is_near_when_pushed
+        run.is_sound() && is_near && !run.is_fragile()
+    }
+
+    /// Whether a run errs little enough where the cloth is pushed, or that was not tried.
+    fn is_near_when_pushed(&self, target_m: f64, run: &Run) -> bool {
+        let good = target_m.max(2.0 * self.pushed_floor_m.unwrap_or(0.0));
+        run.pushed_m.is_none_or(|error| error <= good)
     }
 }
 
