@@ -54,6 +54,7 @@ impl Linearisation<'_> {
         mut product: Option<StiffnessProduct<'_>>,
     ) {
         let Self { implicit, x, lagged, tangent, .. } = *self;
+        matrix.set_threads(system.threads());
         if let Some(StiffnessProduct { out, .. }) = &mut product {
             out.fill(Vec3::zeros());
         }

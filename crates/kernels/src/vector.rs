@@ -17,6 +17,7 @@
 //! shuffle. Different threads can sum the blocks. Both give the same bits as this code.
 
 use crate::Vec3;
+use crate::bands::{PerBlock, in_bands};
 use crate::lanes::{Four, four_wide, vectorised};
 
 /// Particles of a block: the unit that one thread sums.
@@ -48,6 +49,26 @@ pub fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
         }
         total
     })
+}
+
+/// As [`dot`], in so many [`bands`](crate::bands), with the same bits. `sums` is scratch, one
+/// number a [`BLOCK`] of particles.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn dot_in_bands(bands: usize, a: &[Vec3], b: &[Vec3], sums: &mut [f64]) -> f64 {
+    if bands < 2 {
+        return dot(a, b);
+    }
+    assert_eq!(a.len(), b.len(), "block vectors of different length");
+    assert_eq!(sums.len(), a.len().div_ceil(BLOCK), "one sum a block");
+    in_bands(bands, a.len(), PerBlock(&mut *sums), &|band, PerBlock(sums)| {
+        for (sum, first) in sums.iter_mut().zip(band.clone().step_by(BLOCK)) {
+            let block = first..band.end.min(first + BLOCK);
+            *sum = dot(&a[block.clone()], &b[block]);
+        }
+    });
+    sums.iter().fold(0.0, |total, sum| total + sum)
 }
 
 /// The accumulators of a block lie in three registers in the order of memory: four particles are
@@ -266,7 +287,11 @@ mod tests {
         let mut random = Random::new(1);
         for n in (0..40).chain([255, 256, 257, 511, 512, 513, 1000, 1023, 2000]) {
             let (a, b, w) = (random.vectors(n), random.vectors(n), random.units(n));
-            assert_same_bits(n, &reference::dot(None, &a, &b), &dot(&a, &b));
+            let mut sums = vec![f64::NAN; n.div_ceil(BLOCK)];
+            for bands in [1, 2, 5] {
+                let shared = dot_in_bands(bands, &a, &b, &mut sums);
+                assert_same_bits((n, bands), &reference::dot(None, &a, &b), &shared);
+            }
             assert_same_bits(n, &reference::dot(Some(&w), &a, &b), &weighted_dot(&w, &a, &b));
         }
     }

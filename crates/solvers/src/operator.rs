@@ -7,6 +7,11 @@ pub trait LinearOperator {
     /// Number of particles `n`; the matrix has 3n scalar rows.
     fn size(&self) -> usize;
 
+    /// In how many [bands](crate::bands) threads share sweeps over vectors of this map.
+    fn bands(&self) -> usize {
+        1
+    }
+
     /// `y ← A x`; every entry of `y` is overwritten.
     ///
     /// # Panics

@@ -10,7 +10,7 @@
 
 mod operations;
 
-use crate::vector::axpy;
+use crate::vector::{BLOCK, axpy};
 use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
 use operations::Readable;
 pub(crate) use operations::{Operations, StartReport};
@@ -110,13 +110,16 @@ pub struct PcgWorkspace {
     q: Vec<Vec3>,
     /// Preconditioned residual `s = P r`.
     s: Vec<Vec3>,
+    /// Scratch of sums that threads share.
+    sums: Vec<f64>,
 }
 
 impl PcgWorkspace {
     /// Room for `n` particles.
     pub fn new(n: usize) -> Self {
         let zeros = || vec![Vec3::zeros(); n];
-        Self { r: zeros(), c: zeros(), q: zeros(), s: zeros() }
+        let sums = vec![0.0; n.div_ceil(BLOCK)];
+        Self { r: zeros(), c: zeros(), q: zeros(), s: zeros(), sums }
     }
 
     /// The filtered residual `S (b − A x)` at the end of the last solve, as the recursion gave it.

@@ -28,6 +28,7 @@ use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{BandPlanes, SIX};
 use drape_kernels::lanes::WIDEST;
 use drape_kernels::planes::{self, Frame, join};
+use std::ops::Range;
 use std::sync::Mutex;
 
 /// Zeros behind the last row.
@@ -47,14 +48,16 @@ pub(super) struct Bands {
     planes: Vec<f64>,
     /// The blocks of a row in the order of their columns.
     terms: Vec<Term>,
-    /// Scratch for one product. If another thread holds it, fall back to the reference form.
-    pub(super) window: Mutex<Window>,
+    /// Scratch, one for each part of a product. If other threads hold all, fall back to the
+    /// reference form.
+    pub(super) windows: Vec<Mutex<Window>>,
 }
 
 impl Clone for Bands {
     fn clone(&self) -> Self {
         let mut copy = Self::new(self.n, &self.offsets);
         copy.planes.copy_from_slice(&self.planes);
+        copy.reserve_windows(self.windows.len());
         copy
     }
 }
@@ -74,8 +77,16 @@ impl Bands {
             lead: reach,
             planes: vec![0.0; 6 * (offsets.len() + 1) * stride],
             terms: product::terms(&offsets, reach, stride),
-            window: Mutex::new(Window::new(n, reach)),
+            windows: vec![Mutex::new(Window::new(n, reach))],
             offsets,
+        }
+    }
+
+    /// Scratch for so many parts of a product at a time.
+    pub(super) fn reserve_windows(&mut self, count: usize) {
+        let Self { n, lead, .. } = *self;
+        if self.windows.len() < count {
+            self.windows.resize_with(count, || Mutex::new(Window::new(n, lead)));
         }
     }
 
@@ -181,22 +192,23 @@ impl Bands {
         (0..6).for_each(|c| self.planes[c * self.stride + at] = 0.0);
     }
 
-    /// `y ← A x`.
-    pub(super) fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
-        match self.window.try_lock() {
-            Ok(mut window) => pulp::Arch::new().dispatch(Product {
+    /// These rows of `A x`, into `y`.
+    pub(super) fn multiply(&self, rows: Range<usize>, x: &[Vec3], y: &mut [Vec3]) {
+        match self.windows.iter().find_map(|window| window.try_lock().ok()) {
+            Some(mut window) => pulp::Arch::new().dispatch(Product {
                 matrix: self,
                 window: &mut window,
+                rows,
                 x: bytemuck::cast_slice(x),
                 y: bytemuck::cast_slice_mut(y),
             }),
-            Err(_) => self.multiply_reference(x, y),
+            None => self.multiply_reference(rows, x, y),
         }
     }
 
     /// The reference form of [`multiply`](Self::multiply), row by row.
-    pub(super) fn multiply_reference(&self, x: &[Vec3], y: &mut [Vec3]) {
-        for (i, y) in y.iter_mut().enumerate() {
+    pub(super) fn multiply_reference(&self, rows: Range<usize>, x: &[Vec3], y: &mut [Vec3]) {
+        for (i, y) in rows.zip(y) {
             let left = self.offsets.iter().rev().filter_map(|o| i.checked_sub(*o));
             let right = self.offsets.iter().map(|o| i + o).filter(|j| *j < self.n);
             let mut sum = [0.0; 3];
@@ -230,12 +242,12 @@ impl Window {
         Self { chunk, reach, stride, planes: vec![0.0; 3 * stride] }
     }
 
-    /// Moves on to the chunk that begins at row `begin`.
+    /// Moves to the chunk that begins at row `begin`: on from the one before it, or anew.
     #[inline(always)]
-    fn read(&mut self, x: &[f64], begin: usize) {
+    fn read(&mut self, x: &[f64], begin: usize, goes_on: bool) {
         let &mut Self { chunk, reach, stride, ref mut planes } = self;
         let beyond = 2 * reach + WIDEST;
-        let kept = if begin == 0 { 0 } else { beyond };
+        let kept = if goes_on { beyond } else { 0 };
         let first = begin as isize - reach as isize;
         Frame { first, len: chunk + beyond, kept, moved: chunk }.read(planes, stride, x);
     }
@@ -244,6 +256,7 @@ impl Window {
 struct Product<'a> {
     matrix: &'a Bands,
     window: &'a mut Window,
+    rows: Range<usize>,
     x: &'a [f64],
     y: &'a mut [f64],
 }
@@ -253,11 +266,12 @@ impl pulp::WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { matrix, window, x, y } = self;
-        let mut begin = 0;
-        while begin < matrix.n {
-            window.read(x, begin);
-            let end = matrix.n.min(begin + window.chunk);
+        let Self { matrix, window, rows, x, y } = self;
+        let first = rows.start;
+        let mut begin = first;
+        while begin < rows.end {
+            window.read(x, begin, begin > first);
+            let end = rows.end.min(begin + window.chunk);
             for i in (begin..end).step_by(GROUP) {
                 let m = GROUP.min(end - i);
                 let at = Place {
@@ -271,7 +285,7 @@ impl pulp::WithSimd for Product<'_> {
                 };
                 let mut sums = [[0.0; GROUP]; 3];
                 at.add_all(&matrix.terms, &mut sums);
-                join(sums.as_flattened(), GROUP, &mut y[3 * i..3 * (i + m)]);
+                join(sums.as_flattened(), GROUP, &mut y[3 * (i - first)..][..3 * m]);
             }
             begin += window.chunk;
         }

@@ -24,6 +24,7 @@ use self::bands::Bands;
 use self::pairs::Pairs;
 pub(crate) use self::rows::Rows;
 pub use self::single::SinglePcg;
+use crate::bands::{bands, in_bands};
 use crate::{Constraints, Filter, LinearOperator, Mat3, Vec3};
 use drape_kernels::blocks::{BlockLayout, BlockSink, Coupling};
 use std::borrow::Cow;
@@ -42,7 +43,11 @@ use std::borrow::Cow;
 /// assert_eq!(y, [Vec3::new(11.0, 1.0, 0.0), Vec3::new(-10.0, 0.0, 0.0)]);
 /// ```
 #[derive(Clone, Debug)]
-pub struct BlockMatrix(Layout);
+pub struct BlockMatrix {
+    layout: Layout,
+    /// Parts of a product that threads share.
+    bands: usize,
+}
 
 #[derive(Clone, Debug)]
 enum Layout {
@@ -74,11 +79,12 @@ impl BlockMatrix {
         coupling: &Coupling,
         edges: impl IntoIterator<Item = (usize, usize)>,
     ) -> Self {
-        Self(match coupling {
+        let layout = match coupling {
             Coupling::Bands(offsets) => Layout::Bands(Bands::new(n, offsets)),
             Coupling::Pairs => Layout::Pairs(Pairs::new(n, edges)),
             Coupling::Rows => Layout::Rows(Rows::new(n, edges)),
-        })
+        };
+        Self { layout, bands: 1 }
     }
 
     /// As [`new`](Self::new), in compressed rows, which hold any blocks.
@@ -88,7 +94,7 @@ impl BlockMatrix {
 
     /// The layout.
     pub fn coupling(&self) -> Coupling {
-        match &self.0 {
+        match &self.layout {
             Layout::Rows(_) => Coupling::Rows,
             Layout::Bands(bands) => Coupling::Bands(bands.offsets().to_vec()),
             Layout::Pairs(_) => Coupling::Pairs,
@@ -97,17 +103,30 @@ impl BlockMatrix {
 
     /// Number of block rows.
     pub fn n(&self) -> usize {
-        each!(&self.0, a => a.n())
+        each!(&self.layout, a => a.n())
+    }
+
+    /// Lets so many threads of the current [`rayon`] pool share products, and the sweeps of
+    /// conjugate gradients with this matrix, where there are rows enough. No bit depends on it.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.set_bands(bands(threads, self.n()));
+    }
+
+    fn set_bands(&mut self, bands: usize) {
+        self.bands = bands;
+        if let Layout::Bands(matrix) = &mut self.layout {
+            matrix.reserve_windows(bands);
+        }
     }
 
     /// Number of blocks that can differ from zero, in both triangles and on the diagonal.
     pub fn nonzeros(&self) -> usize {
-        each!(&self.0, a => a.nonzeros())
+        each!(&self.layout, a => a.nonzeros())
     }
 
     /// Sets all blocks to zero; the pattern stays.
     pub fn clear(&mut self) {
-        each!(&mut self.0, a => a.clear());
+        each!(&mut self.layout, a => a.clear());
     }
 
     /// Copies all blocks of a matrix with the same layout and pattern.
@@ -115,7 +134,7 @@ impl BlockMatrix {
     /// # Panics
     /// When the other matrix has another number of blocks.
     pub fn copy_from(&mut self, other: &Self) {
-        match (&mut self.0, &other.0) {
+        match (&mut self.layout, &other.layout) {
             (Layout::Rows(own), Layout::Rows(other)) => own.copy_from(other),
             (own, other) => *own = other.clone(),
         }
@@ -123,7 +142,7 @@ impl BlockMatrix {
 
     /// Adds `block` to diagonal block `i`, which must be symmetric once all is added.
     pub fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        each!(&mut self.0, a => a.add_diagonal(i, block));
+        each!(&mut self.layout, a => a.add_diagonal(i, block));
     }
 
     /// Adds the symmetric `block` at (i, i) and (j, j), and its negative at (i, j) and (j, i): the
@@ -133,14 +152,14 @@ impl BlockMatrix {
     /// A pair outside the pattern is a bug of the caller: debug builds panic, release builds leave
     /// the pair out.
     pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        each!(&mut self.0, a => a.add_pair(i, j, block));
+        each!(&mut self.layout, a => a.add_pair(i, j, block));
     }
 
     /// As [`add_pair`](Self::add_pair) for a block that need not be symmetric: `B` at (i, i), `Bᵀ`
     /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block turns bands and pairs into
     /// compressed rows.
     pub fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        if *block == block.transpose() && !matches!(self.0, Layout::Rows(_)) {
+        if *block == block.transpose() && !matches!(self.layout, Layout::Rows(_)) {
             return self.add_pair(i, j, block);
         }
         self.make_rows().add_general_pair(i, j, block);
@@ -148,12 +167,12 @@ impl BlockMatrix {
 
     /// Block (i, j); zero outside the pattern.
     pub fn get(&self, i: usize, j: usize) -> Mat3 {
-        each!(&self.0, a => a.get(i, j))
+        each!(&self.layout, a => a.get(i, j))
     }
 
     /// The memory that one sweep over the springs fills; `None` in compressed rows.
     pub fn fast_layout(&mut self) -> Option<BlockLayout<'_>> {
-        match &mut self.0 {
+        match &mut self.layout {
             Layout::Rows(_) => None,
             Layout::Bands(bands) => Some(BlockLayout::Bands(bands.planes_mut())),
             Layout::Pairs(pairs) => Some(BlockLayout::Pairs(pairs.lines_mut())),
@@ -179,7 +198,7 @@ impl BlockMatrix {
             return self.make_rows().project(constraints);
         }
         let scale = |third: f64| if third > 0.0 { third } else { 1.0 };
-        match &mut self.0 {
+        match &mut self.layout {
             Layout::Rows(rows) => rows.project(constraints),
             Layout::Bands(bands) => constrained().for_each(|i| bands.fix(i, scale)),
             Layout::Pairs(pairs) => constrained().for_each(|i| pairs.fix(i, scale)),
@@ -188,7 +207,7 @@ impl BlockMatrix {
 
     /// The matrix in compressed rows: itself, or a copy.
     pub(crate) fn rows(&self) -> Cow<'_, Rows> {
-        let edges = match &self.0 {
+        let edges = match &self.layout {
             Layout::Rows(rows) => return Cow::Borrowed(rows),
             Layout::Bands(bands) => bands.edges(),
             Layout::Pairs(pairs) => pairs.edges(),
@@ -199,17 +218,17 @@ impl BlockMatrix {
     }
 
     fn make_rows(&mut self) -> &mut Rows {
-        if !matches!(self.0, Layout::Rows(_)) {
-            *self = self.rows().into_owned().into();
+        if !matches!(self.layout, Layout::Rows(_)) {
+            self.layout = Layout::Rows(self.rows().into_owned());
         }
-        let Layout::Rows(rows) = &mut self.0 else { unreachable!("made above") };
+        let Layout::Rows(rows) = &mut self.layout else { unreachable!("made above") };
         rows
     }
 
     /// Lets `visitor` read the numbers `xx, xy, xz, yy, yz, zz` of each diagonal block's lower
     /// triangle.
     pub(crate) fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
-        match &self.0 {
+        match &self.layout {
             Layout::Rows(rows) => visitor.visit(
                 #[inline(always)]
                 |i| rows.diagonal(i),
@@ -231,7 +250,7 @@ impl BlockMatrix {
 
 impl From<Rows> for BlockMatrix {
     fn from(rows: Rows) -> Self {
-        Self(Layout::Rows(rows))
+        Self { layout: Layout::Rows(rows), bands: 1 }
     }
 }
 
@@ -262,10 +281,16 @@ impl LinearOperator for BlockMatrix {
         self.n()
     }
 
+    fn bands(&self) -> usize {
+        self.bands
+    }
+
     /// Each row is summed from its first scalar column to its last.
     fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
         assert_eq!(x.len(), self.n(), "one vector a block row");
         assert_eq!(y.len(), self.n(), "one vector a block row");
-        each!(&self.0, a => a.multiply(x, y));
+        each!(&self.layout, a => {
+            in_bands(self.bands, y.len(), y, &|rows, y: &mut [Vec3]| a.multiply(rows, x, y));
+        });
     }
 }

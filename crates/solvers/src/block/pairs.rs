@@ -23,6 +23,7 @@
 use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{COLUMNS, LINE, PLACES, PairLines, six};
 use drape_kernels::planes::Aligned;
+use std::ops::Range;
 
 /// Rows summed side by side: each waits for its own sums only.
 const TOGETHER: usize = 4;
@@ -145,9 +146,9 @@ impl Pairs {
         }
     }
 
-    /// `y ← A x`.
-    pub(super) fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
-        pulp::Arch::new().dispatch(Product { matrix: self, x, y });
+    /// These rows of `A x`, into `y`.
+    pub(super) fn multiply(&self, rows: Range<usize>, x: &[Vec3], y: &mut [Vec3]) {
+        pulp::Arch::new().dispatch(Product { matrix: self, first: rows.start, x, y });
     }
 
     /// The products of `N` rows, from row `first`, with `x`.
@@ -197,6 +198,8 @@ fn rows(n: usize, ends: &[[u32; 2]]) -> (Vec<[u32; 2]>, Vec<usize>) {
 
 struct Product<'a> {
     matrix: &'a Pairs,
+    /// The row of `y[0]`.
+    first: usize,
     x: &'a [Vec3],
     y: &'a mut [Vec3],
 }
@@ -206,12 +209,12 @@ impl pulp::WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { matrix, x, y } = self;
+        let Self { matrix, first, x, y } = self;
         let numbers = matrix.numbers.all();
         let (groups, rest) = y.as_chunks_mut::<TOGETHER>();
-        let first_of_rest = TOGETHER * groups.len();
+        let first_of_rest = first + TOGETHER * groups.len();
         for (g, y) in groups.iter_mut().enumerate() {
-            *y = matrix.products(numbers, TOGETHER * g, x);
+            *y = matrix.products(numbers, first + TOGETHER * g, x);
         }
         for (k, y) in rest.iter_mut().enumerate() {
             [*y] = matrix.products(numbers, first_of_rest + k, x);

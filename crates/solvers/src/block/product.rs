@@ -58,8 +58,12 @@ impl<'a, T: Number> Place<'a, T> {
     #[inline(always)]
     pub(super) fn add_all(&self, terms: &[Term], sums: &mut [[T; GROUP]; 3]) {
         let (terms, rest) = terms.as_chunks::<TOGETHER>();
-        terms.iter().for_each(|terms| self.add(terms, sums));
-        rest.iter().for_each(|term| self.add(&[*term], sums));
+        for terms in terms {
+            self.add(terms, sums);
+        }
+        for term in rest {
+            self.add(&[*term], sums);
+        }
     }
 
     /// Adds the products with some blocks of each row, one after the other.

@@ -2,6 +2,7 @@
 
 use crate::pattern::Pattern;
 use crate::{Constraints, Mat3, Vec3};
+use std::ops::Range;
 
 /// A symmetric matrix of 3×3 blocks in compressed rows: block (j, i) is the transpose of block (i,
 /// j).
@@ -188,9 +189,9 @@ impl Rows {
         &self.blocks
     }
 
-    /// `y ← A x`.
-    pub(crate) fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
-        for (i, y) in y.iter_mut().enumerate() {
+    /// These rows of `A x`, into `y`.
+    pub(crate) fn multiply(&self, rows: Range<usize>, x: &[Vec3], y: &mut [Vec3]) {
+        for (i, y) in rows.zip(y) {
             let mut sum = [0.0; 3];
             for slot in self.pattern.row(i) {
                 let (block, x) = (&self.blocks[slot], &x[self.pattern.column(slot)]);

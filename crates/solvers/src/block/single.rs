@@ -12,6 +12,7 @@
 use super::bands::Bands;
 use super::product::{self, GROUP, Place, Term};
 use super::{BlockMatrix, Layout};
+use crate::bands::{Divisible, in_items};
 use crate::{BlockJacobi, PcgReport, PcgSettings, SolveStatus, Vec3};
 
 /// Accumulators of a sum.
@@ -23,6 +24,8 @@ const LEAST_TERM: f64 = 1e-5;
 #[derive(Debug)]
 pub struct SinglePcg {
     n: usize,
+    /// Parts of a sweep that threads share.
+    bands: usize,
     offsets: Vec<usize>,
     /// Zeros before row 0, at least the largest offset.
     lead: usize,
@@ -38,18 +41,21 @@ pub struct SinglePcg {
     c: Vec<f32>,
     q: Vec<f32>,
     s: Vec<f32>,
+    /// Two sums for each group of rows.
+    sums: Vec<[f64; 2]>,
 }
 
 impl SinglePcg {
     /// Memory for a matrix of bands; `None` for any other layout.
     pub fn new(a: &BlockMatrix) -> Option<Self> {
-        let Layout::Bands(bands) = &a.0 else { return None };
+        let Layout::Bands(bands) = &a.layout else { return None };
         let (n, lead, offsets) = (bands.n(), bands.lead(), bands.offsets().to_vec());
         let page = |len: usize| len.next_multiple_of(1024) + 80;
         let strides = [page(lead + n + LANES), page(2 * lead + n + LANES)];
         let vector = || vec![0.0; 3 * strides[1]];
         Some(Self {
             n,
+            bands: 1,
             lead,
             strides,
             terms: product::terms(&offsets, lead, strides[0]),
@@ -61,6 +67,7 @@ impl SinglePcg {
             c: vector(),
             q: vector(),
             s: vector(),
+            sums: vec![[0.0; 2]; n.next_multiple_of(LANES).div_ceil(GROUP)],
         })
     }
 
@@ -84,10 +91,11 @@ impl SinglePcg {
         settings: &PcgSettings,
     ) -> Option<PcgReport> {
         assert_eq!([b.len(), x.len()], [self.n; 2], "one vector a row");
-        let Layout::Bands(bands) = &a.0 else { return None };
+        let Layout::Bands(bands) = &a.layout else { return None };
         if bands.n() != self.n || bands.offsets() != self.offsets {
             return None;
         }
+        self.bands = a.bands;
         let stiffest = self.load(bands, diagonal);
         let largest = b.iter().fold(0.0, |largest: f64, b| largest.max(b.amax()));
         if largest == 0.0 {
@@ -106,8 +114,7 @@ impl SinglePcg {
             beyond.fill(0.0);
         }
         let term = settings.forcing_term.max(LEAST_TERM);
-        let solve = Loop { pcg: self, term, most: settings.max_iterations };
-        let report = pulp::Arch::new().dispatch(solve);
+        let report = self.iterate(term, settings.max_iterations);
         let scale = largest / stiffest;
         for (axis, plane) in self.x.chunks_exact(stride).enumerate() {
             for (to, from) in x.iter_mut().zip(&plane[lead..][..n]) {
@@ -124,12 +131,17 @@ impl SinglePcg {
         let stiffest = numbers.fold(f64::MIN_POSITIVE, |largest, number| largest.max(*number));
         let len = self.lead + self.n + LANES;
         let inverse = 1.0 / stiffest;
-        for (to, from) in self.matrix.chunks_exact_mut(self.strides[0]).zip(bands.planes()) {
-            for (to, from) in to[..len].iter_mut().zip(from) {
-                *to = (from * inverse) as f32;
+        let stride = self.strides[0];
+        let part = Planes { numbers: &mut self.matrix, stride };
+        in_items(self.bands, 6 * (self.offsets.len() + 1), part, &|planes, part: Planes<'_>| {
+            let from = bands.planes().skip(planes.start);
+            for (to, from) in part.numbers.chunks_exact_mut(stride).zip(from) {
+                for (to, from) in to[..len].iter_mut().zip(from) {
+                    *to = (from * inverse) as f32;
+                }
             }
-        }
-        for (to, from) in self.inverse.chunks_exact_mut(self.strides[0]).zip(diagonal.planes()) {
+        });
+        for (to, from) in self.inverse.chunks_exact_mut(stride).zip(diagonal.planes()) {
             for (to, from) in to[..self.n].iter_mut().zip(from) {
                 *to = (from * stiffest) as f32;
             }
@@ -138,35 +150,25 @@ impl SinglePcg {
     }
 }
 
-/// The iterations, from the residual in `r`.
-struct Loop<'a> {
-    pcg: &'a mut SinglePcg,
-    term: f64,
-    most: usize,
-}
-
-impl pulp::WithSimd for Loop<'_> {
-    type Output = PcgReport;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> PcgReport {
-        let Self { pcg, term, most } = self;
+impl SinglePcg {
+    /// The iterations, from the residual in `r`.
+    fn iterate(&mut self, term: f64, most: usize) -> PcgReport {
         let mut report = PcgReport {
             iterations: 0,
             multiplications: 0,
             relative_residual: 1.0,
             status: SolveStatus::IterationLimit,
         };
-        pcg.x.fill(0.0);
-        pcg.c.fill(0.0);
-        pcg.q.fill(0.0);
-        let [mut squared, mut delta] = pcg.advance(0.0); // s = P r, δ = r·s
+        self.x.fill(0.0);
+        self.c.fill(0.0);
+        self.q.fill(0.0);
+        let [mut squared, mut delta] = self.advance(0.0); // s = P r, δ = r·s
         let goal = term * term * squared;
         let reference = squared;
         let mut beta = 0.0;
         while report.iterations < most {
-            pcg.turn(beta); // c ← s + β c
-            let curvature = pcg.multiply(); // q = A c
+            self.turn(beta); // c ← s + β c
+            let curvature = self.multiply(); // q = A c
             report.multiplications += 1;
             let alpha = (delta / curvature) as f32;
             let is_definite = curvature > 0.0 && delta > 0.0;
@@ -175,7 +177,7 @@ impl pulp::WithSimd for Loop<'_> {
                 break;
             }
             let last = delta;
-            [squared, delta] = pcg.advance(alpha);
+            [squared, delta] = self.advance(alpha);
             report.iterations += 1;
             report.relative_residual = (squared / reference).sqrt();
             if squared <= goal {
@@ -186,41 +188,157 @@ impl pulp::WithSimd for Loop<'_> {
         }
         report
     }
-}
 
-impl SinglePcg {
+    /// Number of rows that sweeps visit, and of their groups.
+    fn extent(&self) -> (usize, usize) {
+        let rows = self.n.next_multiple_of(LANES);
+        (rows, rows.div_ceil(GROUP))
+    }
+
     /// `c ← s + β c`.
-    #[inline(always)]
     fn turn(&mut self, beta: f32) {
-        for (c, s) in self.c.iter_mut().zip(&self.s) {
-            *c = s + beta * *c;
-        }
+        let (rows, groups) = self.extent();
+        let Self { bands, lead, strides: [_, stride], ref mut c, ref s, .. } = *self;
+        let part = Groups { planes: planes_mut(c, stride, lead, rows), sums: &mut [] };
+        in_items(bands, groups, part, &|groups, Groups { planes, .. }| {
+            let s = planes_of(s, stride, lead + GROUP * groups.start);
+            pulp::Arch::new().dispatch(Turn { beta, s, c: planes });
+        });
     }
 
     /// `x ← x + α c`, `r ← r − α q`, `s ← P r`; returns `r·r` and `r·s`.
-    #[inline(always)]
     fn advance(&mut self, alpha: f32) -> [f64; 2] {
-        let Self { n, lead, strides: [matrix_stride, stride], .. } = *self;
-        let rows = n.next_multiple_of(LANES);
-        let mut totals = [0.0; 2];
-        for i in (0..rows).step_by(GROUP) {
+        let (rows, groups) = self.extent();
+        let Self { bands, lead, strides: [matrix_stride, stride], .. } = *self;
+        let Self { x, r, c, q, s, inverse, sums, .. } = self;
+        let [x, r, s] = [x, r, s].map(|vector| planes_mut(vector, stride, lead, rows));
+        let ([x0, x1, x2], [r0, r1, r2], [s0, s1, s2]) = (x, r, s);
+        let planes = [x0, x1, x2, r0, r1, r2, s0, s1, s2];
+        let part = Groups { planes, sums: &mut sums[..] };
+        in_items(bands, groups, part, &|groups, part: Groups<'_, 9>| {
+            let first = GROUP * groups.start;
+            let [c, q] = [&*c, &*q].map(|vector| planes_of(vector, stride, lead + first));
+            let inverse = std::array::from_fn(|k| &inverse[k * matrix_stride + first..]);
+            pulp::Arch::new().dispatch(Advance { alpha, c, q, inverse, part });
+        });
+        sums.iter().fold([0.0; 2], |total, sum| [total[0] + sum[0], total[1] + sum[1]])
+    }
+
+    /// `q ← A c`; returns `c·q`.
+    fn multiply(&mut self) -> f64 {
+        let (rows, groups) = self.extent();
+        let Self { bands, lead, strides, .. } = *self;
+        let Self { q, c, matrix, terms, sums, .. } = self;
+        let part = Groups { planes: planes_mut(q, strides[1], lead, rows), sums: &mut sums[..] };
+        in_items(bands, groups, part, &|groups, part: Groups<'_, 3>| {
+            let first = GROUP * groups.start;
+            pulp::Arch::new().dispatch(Product { first, lead, strides, matrix, terms, c, part });
+        });
+        sums.iter().fold(0.0, |total, sum| total + sum[0])
+    }
+}
+
+/// The rows of some planes in groups of [`GROUP`], and two sums for each group.
+struct Groups<'a, const N: usize> {
+    planes: [&'a mut [f32]; N],
+    sums: &'a mut [[f64; 2]],
+}
+
+impl<const N: usize> Divisible for Groups<'_, N> {
+    fn split(self, groups: usize) -> (Self, Self) {
+        let (sums, other_sums) = self.sums.split_at_mut(groups.min(self.sums.len()));
+        let mut others = [(); N].map(|()| <&mut [f32]>::default());
+        let mut left = others.iter_mut();
+        let planes = self.planes.map(|plane| {
+            let (plane, other) = plane.split_at_mut((GROUP * groups).min(plane.len()));
+            if let Some(place) = left.next() {
+                *place = other;
+            }
+            plane
+        });
+        (Self { planes, sums }, Self { planes: others, sums: other_sums })
+    }
+}
+
+/// Planes of a matrix that threads share.
+struct Planes<'a> {
+    numbers: &'a mut [f32],
+    stride: usize,
+}
+
+impl Divisible for Planes<'_> {
+    fn split(self, planes: usize) -> (Self, Self) {
+        let stride = self.stride;
+        let (numbers, others) = self.numbers.split_at_mut(planes * stride);
+        (Self { numbers, stride }, Self { numbers: others, stride })
+    }
+}
+
+/// The rows of the three planes of a vector, to be written.
+fn planes_mut(vector: &mut [f32], stride: usize, lead: usize, rows: usize) -> [&mut [f32]; 3] {
+    let (x, rest) = vector.split_at_mut(stride);
+    let (y, z) = rest.split_at_mut(stride);
+    [x, y, z].map(|plane| &mut plane[lead..][..rows])
+}
+
+/// The three planes of a vector from a place on.
+fn planes_of(vector: &[f32], stride: usize, place: usize) -> [&[f32]; 3] {
+    std::array::from_fn(|axis| &vector[axis * stride + place..(axis + 1) * stride])
+}
+
+struct Turn<'a> {
+    beta: f32,
+    s: [&'a [f32]; 3],
+    c: [&'a mut [f32]; 3],
+}
+
+impl pulp::WithSimd for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { beta, s, c } = self;
+        for (c, s) in c.into_iter().zip(s) {
+            for (c, s) in c.iter_mut().zip(s) {
+                *c = s + beta * *c;
+            }
+        }
+    }
+}
+
+struct Advance<'a> {
+    alpha: f32,
+    c: [&'a [f32]; 3],
+    q: [&'a [f32]; 3],
+    inverse: [&'a [f32]; 6],
+    /// `x`, `r` and `s`; `r·r` and `r·s`.
+    part: Groups<'a, 9>,
+}
+
+impl pulp::WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { alpha, c, q, inverse, part } = self;
+        let [x0, x1, x2, r0, r1, r2, s0, s1, s2] = part.planes;
+        let rows = x0.len();
+        let (x, r) = ([x0, x1, x2], [r0, r1, r2]);
+        for (i, total) in (0..rows).step_by(GROUP).zip(part.sums) {
             let m = GROUP.min(rows - i);
             for axis in 0..3 {
-                let at = axis * stride + lead + i;
-                let (x, r) = (&mut self.x[at..][..m], &mut self.r[at..][..m]);
-                let (c, q) = (&self.c[at..][..m], &self.q[at..][..m]);
+                let (x, r) = (&mut x[axis][i..][..m], &mut r[axis][i..][..m]);
+                let (c, q) = (&c[axis][i..][..m], &q[axis][i..][..m]);
                 for t in 0..m {
                     x[t] += alpha * c[t];
                     r[t] -= alpha * q[t];
                 }
             }
-            let r: [&[f32]; 3] =
-                std::array::from_fn(|axis| &self.r[axis * stride + lead + i..][..m]);
-            let p: [&[f32]; 6] =
-                std::array::from_fn(|c| &self.inverse[c * matrix_stride + i..][..m]);
-            let (s0, rest) = self.s.split_at_mut(stride);
-            let (s1, s2) = rest.split_at_mut(stride);
-            let [s0, s1, s2] = [s0, s1, s2].map(|s| &mut s[lead + i..][..m]);
+            let r: [&[f32]; 3] = std::array::from_fn(|axis| &r[axis][i..][..m]);
+            let p: [&[f32]; 6] = std::array::from_fn(|k| &inverse[k][i..][..m]);
+            let s0 = &mut s0[i..][..m];
+            let s1 = &mut s1[i..][..m];
+            let s2 = &mut s2[i..][..m];
             for t in 0..m {
                 s0[t] = p[0][t] * r[0][t] + p[1][t] * r[1][t] + p[2][t] * r[2][t];
                 s1[t] = p[1][t] * r[0][t] + p[3][t] * r[1][t] + p[4][t] * r[2][t];
@@ -231,42 +349,51 @@ impl SinglePcg {
                 add_products(r, r, &mut sums[0]);
                 add_products(r, s, &mut sums[1]);
             }
-            for (total, sums) in totals.iter_mut().zip(sums) {
-                *total += sum(&sums);
-            }
+            *total = [sum(&sums[0]), sum(&sums[1])];
         }
-        totals
     }
+}
 
-    /// `q ← A c`; returns `c·q`.
+struct Product<'a> {
+    /// First row.
+    first: usize,
+    lead: usize,
+    strides: [usize; 2],
+    matrix: &'a [f32],
+    terms: &'a [Term],
+    c: &'a [f32],
+    /// `q`; `c·q`.
+    part: Groups<'a, 3>,
+}
+
+impl pulp::WithSimd for Product<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn multiply(&mut self) -> f64 {
-        let Self { n, lead, strides: [_, stride], .. } = *self;
-        let Self { matrix, terms, c, q, strides: [matrix_stride, _], .. } = self;
-        let rows = n.next_multiple_of(LANES);
-        let mut total = 0.0;
-        for i in (0..rows).step_by(GROUP) {
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { first, lead, strides: [matrix_stride, stride], matrix, terms, c, part } = self;
+        let q = part.planes;
+        let rows = q[0].len();
+        for (i, total) in (0..rows).step_by(GROUP).zip(part.sums) {
             let m = GROUP.min(rows - i);
             let at = Place {
                 planes: matrix,
-                stride: *matrix_stride,
-                row: i,
+                stride: matrix_stride,
+                row: first + i,
                 x: c,
                 x_stride: stride,
-                x_row: i,
+                x_row: first + i,
                 rows: m,
             };
             let mut sums = [[0.0; GROUP]; 3];
             at.add_all(terms, &mut sums);
             let mut dots = [0.0; LANES];
             for (axis, sums) in sums.iter().enumerate() {
-                let own = axis * stride + lead + i;
-                add_products(&c[own..][..m], &sums[..m], &mut dots);
-                q[own..][..m].copy_from_slice(&sums[..m]);
+                add_products(&c[axis * stride + lead + first + i..][..m], &sums[..m], &mut dots);
+                q[axis][i..][..m].copy_from_slice(&sums[..m]);
             }
-            total += sum(&dots);
+            total[0] = sum(&dots);
         }
-        total
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::test_support::{dense_blocks, dense_filter, flat, graph, random_blocks, random_filter};
+use crate::{BlockJacobi, Norm, PcgSettings, PcgWorkspace, Reference, SolveStatus, filtered_pcg};
 use drape_kernels::blocks::PairLines;
 use drape_kernels::testing::{Random, assert_same_bits};
 use proptest::prelude::*;
@@ -43,11 +44,11 @@ fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
     let reference = product(&rows, &x);
     assert_same_bits("product", &reference, &product(&fast, &x));
     assert_same_bits("a copy's", &reference, &product(&fast.clone(), &x));
-    if let Layout::Bands(bands) = &fast.0 {
+    if let Layout::Bands(bands) = &fast.layout {
         let mut y = random.vectors(n);
-        bands.multiply_reference(&x, &mut y);
+        bands.multiply_reference(0..n, &x, &mut y);
         assert_same_bits("row by row", &reference, &y);
-        let taken = bands.window.lock();
+        let taken: Vec<_> = bands.windows.iter().map(|window| window.lock()).collect();
         assert_same_bits("while another thread multiplies", &reference, &product(&fast, &x));
         drop(taken);
     }
@@ -70,6 +71,55 @@ fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
         let constrained = constraints.constrained().iter().map(|&i| constraints.filter(i as usize));
         let are_held = constrained.into_iter().all(|filter| filter == Filter::Fixed);
         assert_eq!(fast.coupling() == *coupling, are_held);
+    }
+}
+
+/// However many threads share a product, and solves with it, the bits are the same.
+#[test]
+fn threads_change_no_bit() {
+    for coupling in LAYOUTS() {
+        let (n, mut random) = (2000, Random::new(4));
+        let mut a = BlockMatrix::new(n, &coupling, (1..n).map(|i| (i - 1, i)));
+        (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+        for i in 1..n {
+            let d = random.vector();
+            a.add_pair(i - 1, i, &(d * d.transpose()));
+        }
+        let mut constraints = Constraints::free(n);
+        constraints.set(700, Filter::Fixed, Vec3::x());
+        let (x, b) = (random.vectors(n), random.vectors(n));
+        let mut diagonal = BlockJacobi::new(&a);
+        diagonal.update(&a).unwrap();
+        let mut all = [1, 2, 3, 7].map(|bands| {
+            a.set_bands(bands);
+            let mut solution = x.clone();
+            let mut workspace = PcgWorkspace::new(n);
+            let report = filtered_pcg(
+                &a,
+                &diagonal,
+                &constraints,
+                &b,
+                &mut solution,
+                Reference::FilteredRightHandSide,
+                &PcgSettings { forcing_term: 1e-9, norm: Norm::Euclid, max_iterations: 500 },
+                &mut workspace,
+            );
+            assert_eq!(report.status, SolveStatus::Converged);
+            let single = SinglePcg::new(&a).map(|mut single| {
+                let mut x = x.clone();
+                let settings =
+                    PcgSettings { forcing_term: 1e-3, norm: Norm::Euclid, max_iterations: 500 };
+                let report = single.solve(&a, &diagonal, &b, &mut x, &settings).unwrap();
+                assert_eq!(report.status, SolveStatus::Converged);
+                x
+            });
+            [Some(product(&a, &x)), Some(solution), single]
+        });
+        let [one, several @ ..] = &mut all;
+        assert_eq!(one[2].is_some(), matches!(coupling, Coupling::Bands(_)));
+        for other in several {
+            assert_same_bits(&coupling, one, other);
+        }
     }
 }
 

@@ -65,7 +65,7 @@ impl LinearOperator for UnsymmetricBlocks {
     fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
         assert_eq!(x.len(), self.0.n(), "one vector a block row");
         assert_eq!(y.len(), self.0.n(), "one vector a block row");
-        self.0.multiply(x, y);
+        self.0.multiply(0..y.len(), x, y);
     }
 }
 

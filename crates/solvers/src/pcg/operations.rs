@@ -1,7 +1,8 @@
 //! The operations of conjugate gradients on whole vectors, and their readable form.
 
 use super::{Norm, PcgWorkspace};
-use crate::vector::{axpy, dot, norm, scale_add, subtract_from};
+use crate::bands::in_bands;
+use crate::vector::{axpy, dot, dot_in_bands, norm, scale_add, subtract_from};
 use crate::{Constraints, LinearOperator, Preconditioner, Vec3};
 
 /// Results of the start of a solve.
@@ -60,7 +61,8 @@ pub(super) struct Readable<'a, A: ?Sized> {
 impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
     fn start(&mut self, reference: Option<Norm>) -> StartReport {
         let mut start = StartReport { reference: f64::NAN, multiplications: 0 };
-        let PcgWorkspace { r, c, q, s } = &mut *self.workspace;
+        let bands = self.a.bands();
+        let PcgWorkspace { r, c, q, s, sums } = &mut *self.workspace;
         if let Some(wanted) = reference {
             // b̂ = S (b − A (I − S) z), in q.
             if self.constraints.has_prescribed_motion() {
@@ -72,10 +74,10 @@ impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
                 self.constraints.project(q);
             }
             start.reference = match wanted {
-                Norm::Euclid => norm(q),
+                Norm::Euclid => dot_in_bands(bands, q, q, sums).sqrt(),
                 Norm::Preconditioned => {
-                    self.p.apply(q, s);
-                    dot(q, s).sqrt()
+                    self.p.apply_in_bands(bands, q, s);
+                    dot_in_bands(bands, q, s, sums).sqrt()
                 }
             };
         }
@@ -90,13 +92,14 @@ impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
     }
 
     fn residual_norm(&mut self) -> f64 {
-        norm(&self.workspace.r)
+        let PcgWorkspace { r, sums, .. } = &mut *self.workspace;
+        dot_in_bands(self.a.bands(), r, r, sums).sqrt()
     }
 
     fn precondition(&mut self) -> f64 {
-        let PcgWorkspace { r, s, .. } = &mut *self.workspace;
-        self.p.apply(r, s);
-        dot(r, s)
+        let PcgWorkspace { r, s, sums, .. } = &mut *self.workspace;
+        self.p.apply_in_bands(self.a.bands(), r, s);
+        dot_in_bands(self.a.bands(), r, s, sums)
     }
 
     fn refresh(&mut self) -> f64 {
@@ -109,15 +112,16 @@ impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
     }
 
     fn direction(&mut self, beta: Option<f64>) -> f64 {
-        let PcgWorkspace { c, q, s, .. } = &mut *self.workspace;
-        match beta {
-            Some(beta) => scale_add(beta, s, c),
-            None => c.copy_from_slice(s),
-        }
+        let bands = self.a.bands();
+        let PcgWorkspace { c, q, s, sums, .. } = &mut *self.workspace;
+        in_bands(bands, c.len(), &mut c[..], &|band, c: &mut [Vec3]| match beta {
+            Some(beta) => scale_add(beta, &s[band], c),
+            None => c.copy_from_slice(&s[band]),
+        });
         self.constraints.project(c);
         self.a.multiply(c, q);
         self.constraints.project(q);
-        dot(c, q)
+        dot_in_bands(bands, c, q, sums)
     }
 
     fn direction_is_zero(&mut self) -> bool {
@@ -126,8 +130,10 @@ impl<A: LinearOperator + ?Sized> Operations for Readable<'_, A> {
 
     fn advance(&mut self, alpha: f64) {
         let PcgWorkspace { r, c, q, .. } = &mut *self.workspace;
-        axpy(alpha, c, self.x);
-        axpy(-alpha, q, r);
+        in_bands(self.a.bands(), c.len(), (&mut *self.x, &mut r[..]), &|band, (x, r)| {
+            axpy(alpha, &c[band.clone()], x);
+            axpy(-alpha, &q[band], r);
+        });
     }
 
     fn finish(&mut self) {}

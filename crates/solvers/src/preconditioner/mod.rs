@@ -29,6 +29,7 @@ pub use jacobi::Jacobi;
 pub use multigrid::{Cycle, Multigrid, Products};
 
 use crate::Vec3;
+use crate::bands::in_bands;
 
 /// A symmetric positive definite approximation `P` of the inverse of a matrix.
 pub trait Preconditioner {
@@ -37,6 +38,15 @@ pub trait Preconditioner {
     /// # Panics
     /// Implementations may panic when `r` or `z` has another length than the matrix has rows.
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]);
+
+    /// As [`apply`](Self::apply), with the same bits. Threads may share it in so many
+    /// [bands](crate::bands).
+    ///
+    /// # Panics
+    /// As [`apply`](Self::apply).
+    fn apply_in_bands(&self, _bands: usize, r: &[Vec3], z: &mut [Vec3]) {
+        self.apply(r, z);
+    }
 }
 
 /// `P = I`: plain conjugate gradients.
@@ -46,5 +56,10 @@ pub struct Identity;
 impl Preconditioner for Identity {
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]) {
         z.copy_from_slice(r);
+    }
+
+    fn apply_in_bands(&self, bands: usize, r: &[Vec3], z: &mut [Vec3]) {
+        assert_eq!(r.len(), z.len(), "vectors of different length");
+        in_bands(bands, z.len(), z, &|band, z: &mut [Vec3]| z.copy_from_slice(&r[band]));
     }
 }
