@@ -129,13 +129,17 @@ impl<B: Fn(usize) -> [f64; 6]> pulp::WithSimd for Inversion<'_, B> {
             let m = GROUP.min(n - i);
             for t in 0..m {
                 let block = block(i + t);
-                (0..6).for_each(|c| blocks[c][t] = block[c]);
+                for c in 0..6 {
+                    blocks[c][t] = block[c];
+                }
             }
             for t in 0..m {
                 let (inverse, pivots) = inverse(blocks.each_ref().map(|plane| plane[t]));
                 let good = is_pivot(pivots[0]) & is_pivot(pivots[1]) & is_pivot(pivots[2]);
                 bad[t] |= u64::from(!good);
-                (0..6).for_each(|c| inverses[c][t] = inverse[c]);
+                for c in 0..6 {
+                    inverses[c][t] = inverse[c];
+                }
             }
             for (c, inverse) in inverses.iter().enumerate() {
                 planes[c * stride + i..][..m].copy_from_slice(&inverse[..m]);

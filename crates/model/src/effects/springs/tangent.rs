@@ -222,18 +222,22 @@ impl Blocks<'_> {
                 let side = |d: &Diagonal, back: usize| {
                     &self.bands[self.band(d) + c * self.stride + row - back..][..m]
                 };
-                incoming().for_each(|d| subtract(sums, side(d, d.offset)));
-                list.iter().for_each(|d| subtract(sums, side(d, 0)));
+                for d in incoming() {
+                    subtract(sums, side(d, d.offset));
+                }
+                for d in list {
+                    subtract(sums, side(d, 0));
+                }
                 if on_axis && pass.law.is_damped() {
-                    incoming().for_each(|d| {
+                    for d in incoming() {
                         let before = d.offset.saturating_sub(particle).min(m);
                         let from = particle + before - d.offset.min(particle + before);
                         let present = &d.present[from..][..m - before];
                         add_where(&mut sums[before..], present, scale * d.damping);
-                    });
-                    list.iter().for_each(|d| {
+                    }
+                    for d in list {
                         add_where(sums, &d.present[particle..][..m], scale * d.damping);
-                    });
+                    }
                 }
             }
             self.diagonal[c * self.stride + row..][..m].copy_from_slice(sums);
@@ -334,11 +338,15 @@ pub(super) fn unit_block(
 
 #[inline(always)]
 fn subtract(sums: &mut [f64], a: &[f64]) {
-    sums.iter_mut().zip(a).for_each(|(sum, a)| *sum -= a);
+    for (sum, a) in sums.iter_mut().zip(a) {
+        *sum -= a;
+    }
 }
 
 /// Adds `a` where a spring is.
 #[inline(always)]
 fn add_where(sums: &mut [f64], present: &[u8], a: f64) {
-    sums.iter_mut().zip(present).for_each(|(sum, here)| *sum += f64::from(*here) * a);
+    for (sum, here) in sums.iter_mut().zip(present) {
+        *sum += f64::from(*here) * a;
+    }
 }
