@@ -125,15 +125,15 @@
 //!   Two equal springs rest `β C/(2 − β)` off the middle, `β = θ/(1+θ)`, with their stretch `C`.
 //! * *Order* on a smooth sheet with damping: 1.00. With `order=2`: 2.00 without damping, 1.01 with
 //!   it, 2.00 with `iterations=2`.
-//! * *Cost*, on one core of a shared machine, without full optimisation. A sweep over tension,
-//!   shear and bending springs with damping along them, in groups (module `lanes`), spring by
-//!   spring, and by `SolverXPBD` of Newton 1.8.0 on the same sheet:
+//! * *Cost*, on one core of a Zen 5. A sweep over tension, shear and bending springs with damping
+//!   along them, in groups (module `lanes`), and by `SolverXPBD` of Newton 1.8.0 on the same sheet
+//!   (`results/sweeps.md`, which the bench `sweeps` makes):
 //!
-//!   | sheet | springs | as listed | by colours | listed, one by one | Newton |
-//!   |---|---|---|---|---|---|
-//!   | 20 × 20 | 2202 | 19 µs | 14 µs | 28 µs | 58 µs |
-//!   | 52 × 52 | 15 706 | 103 µs | 98 µs | 195 µs | 228 µs |
-//!   | 100 × 100 | 59 002 | 382 µs | 374 µs | 733 µs | 728 µs |
+//!   | sheet | springs | as listed | by colours | Newton |
+//!   |---|---|---|---|---|
+//!   | 20 × 20 | 2202 | 14 µs | 9 µs | 52 µs |
+//!   | 52 × 52 | 15 706 | 68 µs | 60 µs | 183 µs |
+//!   | 100 × 100 | 59 002 | 244 µs | 229 µs | 611 µs |
 //!
 //!   Full damping takes a tenth more. Counted by operations a sweep is 1.5 forces; by time it is 7
 //!   to 8.
