@@ -135,8 +135,8 @@
 //!   | 52 × 52 | 15 706 | 68 µs | 60 µs | 183 µs |
 //!   | 100 × 100 | 59 002 | 244 µs | 229 µs | 611 µs |
 //!
-//!   Full damping takes a tenth more. Counted by operations a sweep is 1.5 forces; by time it is 7
-//!   to 8.
+//!   Full damping takes a tenth more. Counted by operations a sweep is 1.5 forces; by time it is 3
+//!   to 4 (forces of `symplectic-euler` in `results/profile.md`).
 //! * *Public code.* `SolverXPBD` of the physics engine Newton 1.8.0 (warp-lang 1.19.0) has the same
 //!   (X4), with `λ` from 0 in each step, in single precision. It adds up the corrections of all
 //!   springs in a sweep, as Jacobi's method does. Where springs share no particle that is the same
