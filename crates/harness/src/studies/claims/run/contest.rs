@@ -32,7 +32,7 @@ const GROWTH: f64 = 4.0;
 /// begun where the guess is beyond the budget.
 const SLACK: f64 = 1.6;
 /// Most modelled time of all runs of a contest that decides a place, s.
-const MOST_OF_ALL: f64 = 20.0;
+const MOST_OF_ALL: f64 = 60.0;
 /// Most radians of the fastest oscillation, times springs and particles, of a reference that is
 /// computed. Some such sheets would take minutes, and their folds magnify the error of any reference.
 const MOST_OF_REFERENCE: f64 = 1e10;
