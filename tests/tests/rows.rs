@@ -4,7 +4,7 @@ use drape_report::Record;
 use drape_report::file::read_json;
 use drape_tests::{assert_covers, name};
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A method that a study leaves out, and why.
@@ -105,4 +105,29 @@ fn every_scene_has_every_method_but_those_that_refuse_it() {
             assert_covers(&format!("{study}, {place}"), ran, &exceptions);
         }
     }
+}
+
+/// Most forms in which a comparison runs a method: equal tuning for all.
+const MOST_FORMS: usize = 24;
+
+#[test]
+fn no_method_is_compared_in_more_forms_than_the_budget() {
+    let mut most = 0;
+    for (study, list) in [
+        ("work-precision", "rows"),
+        ("trajectory", "rows"),
+        ("animation", "runs"),
+        ("rest", "runs"),
+    ] {
+        let mut forms = BTreeMap::<String, BTreeSet<String>>::new();
+        for row in rows(study, list) {
+            let form = [&row["method"], &row["label"]].map(Value::to_string).join(" ");
+            forms.entry(run(&row).0.to_owned()).or_default().insert(form);
+        }
+        for (method, forms) in forms {
+            most = most.max(forms.len());
+            assert!(forms.len() <= MOST_FORMS, "{study}: {method} has {} forms", forms.len());
+        }
+    }
+    assert!(most > 3, "no forms were counted");
 }
