@@ -7,10 +7,27 @@ mod sheet;
 pub use machine::{Machine, triad};
 pub use sheet::{HangingSheet, Mesh, STEP_S};
 
+use drape_harness::Source;
 use drape_harness::methods::Choice;
 use drape_integrator::{Integrator, PhaseClock, TimeStep};
 use drape_model::{State, System};
+use drape_report::Provenance;
+use std::collections::BTreeMap;
 use std::num::NonZero;
+use std::path::Path;
+
+/// Where a measurement comes from. A bench is built and run in one go, so the source is as it is now.
+pub fn provenance() -> Provenance {
+    let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
+    drape_harness::provenance(&source, BTreeMap::new())
+}
+
+/// Commit and time of a measurement, for the last line of a page.
+pub fn origin(provenance: &Provenance) -> String {
+    let commit = provenance.commit.as_deref().unwrap_or("no commit");
+    let dirty = if provenance.dirty == Some(true) { " with changes" } else { "" };
+    format!("{commit}{dirty}, {}", provenance.date)
+}
 
 /// A method prepared on a scene, past its first steps.
 #[derive(Debug)]

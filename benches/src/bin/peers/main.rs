@@ -38,8 +38,8 @@ mod table;
 
 use crate::record::{Row, Setup};
 use clap::{Parser, Subcommand, ValueEnum};
-use drape_benches::Mesh;
-use drape_harness::{Source, provenance, sha256};
+use drape_benches::{Mesh, provenance};
+use drape_harness::sha256;
 use drape_report::file::{write_atomically, write_json};
 use drape_report::{TIMINGS_FORMAT, Timings, tell};
 use error::PeersError;
@@ -151,14 +151,12 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
         );
         rows.extend(measure::measure(plan, core)?);
     }
-    // A bench is built and run in one go.
-    let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
     let timings = Timings {
         format: TIMINGS_FORMAT.to_owned(),
         experiment: "peers".to_owned(),
         method: METHOD.to_owned(),
         rows,
-        provenance: provenance(&source, BTreeMap::new()),
+        provenance: provenance(),
     };
     write_json(&cli.out, &timings)?;
     let page = table::page(&timings, &plans);

@@ -17,15 +17,13 @@ mod elements;
 mod table;
 
 use clap::Parser;
-use drape_benches::{HangingSheet, Machine, Mesh, STEP_S};
+use drape_benches::{HangingSheet, Machine, Mesh, STEP_S, origin, provenance};
 use drape_harness::methods::{self, Choice};
-use drape_harness::{Source, provenance};
 use drape_integrator::{Integrator, Phase, PhaseClock, StepReport, TimeStep};
 use drape_model::{State, System};
 use drape_report::file::write_atomically;
 use drape_report::number::median;
 use drape_report::tell;
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -129,10 +127,11 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     for id in LARGE {
         converged.push(profile(id, cli.large, LARGE_STIFFNESS, cli.seconds)?);
     }
-    let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
-    let mut text = table::text(&Machine::measure(), &profiles, &cpu);
+    let provenance = provenance();
+    let mut text = table::text(&Machine::measure(), &profiles, &provenance.cpu);
     text += &table::converged(&converged, peak_memory());
     text += &elements::text(&elements);
+    text += &format!("\n{}.\n", origin(&provenance));
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

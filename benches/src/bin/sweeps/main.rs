@@ -15,15 +15,13 @@
 mod program;
 
 use clap::Parser;
-use drape_benches::{HangingSheet, Mesh, STEP_S};
+use drape_benches::{HangingSheet, Mesh, STEP_S, origin, provenance};
 use drape_harness::methods::Choice;
-use drape_harness::{Source, provenance};
 use drape_integrator::{PhaseClock, TimeStep};
 use drape_model::{DampingLaw, SystemSpec};
 use drape_report::file::write_atomically;
 use drape_report::tell;
 use program::Newton;
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -98,8 +96,9 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
         package = newton.package.clone();
         all.push(times);
     }
-    let cpu = provenance(&Source::default(), BTreeMap::new()).cpu;
-    let text = table(&all, &package, &cpu, cli.rounds);
+    let provenance = provenance();
+    let mut text = table(&all, &package, &provenance.cpu, cli.rounds);
+    let _ = writeln!(text, "\n{}.", origin(&provenance));
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

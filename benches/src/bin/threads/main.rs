@@ -18,13 +18,12 @@ mod memory;
 mod table;
 
 use clap::Parser;
-use drape_benches::{Mesh, Prepared};
-use drape_harness::{Source, Team, provenance};
+use drape_benches::{Mesh, Prepared, provenance};
+use drape_harness::Team;
 use drape_integrator::{Phase, PhaseClock};
 use drape_model::State;
 use drape_report::file::write_atomically;
 use drape_report::tell;
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::Write as _;
 use std::num::NonZero;
@@ -111,8 +110,7 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
             others.push(compare(cli, method, side, threads)?);
         }
     }
-    let provenance = provenance(&Source::default(), BTreeMap::new());
-    let text = table::text(&provenance, &speeds, &comparisons, &others);
+    let text = table::text(&provenance(), &speeds, &comparisons, &others);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

@@ -2,6 +2,7 @@
 
 use crate::memory::{SIZES, Speed};
 use crate::{Comparison, Times};
+use drape_benches::origin;
 use drape_report::Provenance;
 use drape_report::number::median;
 use std::fmt::Write as _;
@@ -49,14 +50,12 @@ pub(crate) fn text(
             );
         }
     }
-    let commit = provenance.commit.as_deref().unwrap_or("no commit");
-    let dirty = if provenance.dirty == Some(true) { " with changes" } else { "" };
     let _ = writeln!(
         text,
-        "\n{}, {} rounds, {commit}{dirty}, {}.",
+        "\n{}, {} rounds, {}.",
         provenance.cpu,
         comparisons.first().map_or(0, |c| c.pairs.len()),
-        provenance.date
+        origin(provenance)
     );
     text
 }
