@@ -46,7 +46,7 @@ use error::PeersError;
 use plan::plans;
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Compares drape's steps with those of the programs in the folder that DRAPE_PEERS names.
