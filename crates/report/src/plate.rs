@@ -1,6 +1,6 @@
 //! A figure's name, title, caption and the function that makes it.
 
-use crate::plot::{Atlas, Drawing, Matrix, Sheet};
+use crate::plot::{Atlas, Dense, Drawing, Matrix, Sheet};
 use crate::{Content, Figure, Files, ReportError};
 use std::error::Error;
 
@@ -20,6 +20,8 @@ pub struct Plate<I> {
 pub enum Draw<I> {
     /// Panels of curves.
     Sheet(fn(&I) -> Option<Sheet>),
+    /// Many panels of curves with the same axes.
+    Dense(fn(&I) -> Option<Sheet>),
     /// A table of tiles.
     Matrix(fn(&I) -> Option<Matrix>),
     /// Maps of tiles.
@@ -44,6 +46,7 @@ impl<I> Plate<I> {
     fn content(&self, input: &I) -> Option<Result<Content, ReportError>> {
         match self.draw {
             Draw::Sheet(make) => self.svg(make(input)?),
+            Draw::Dense(make) => self.svg(Dense(make(input)?)),
             Draw::Matrix(make) => self.svg(make(input)?),
             Draw::Atlas(make) => self.svg(make(input)?),
             Draw::Picture(make) => {

@@ -1,6 +1,8 @@
-//! Tiles of the tables that name the cheapest form of each scene, which several studies share.
+//! Tiles of the tables that name the cheapest form or method of each scene, which several studies
+//! share.
 
 use drape_report::Verdict;
+use drape_report::number::significant;
 use drape_report::plot::{Shade, Tile};
 
 /// A tile with a text.
@@ -49,4 +51,36 @@ pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)>
     ];
     legend.extend(faults.map(|(tile, text)| (tile, text.to_owned())));
     legend
+}
+
+/// A place of a map of winners: the cheapest method, whether stiffness limits its step, the methods
+/// that tie with it, and how many times as long the next one takes. A tie names two methods and has
+/// no colour.
+pub(super) fn winner(name: &str, is_explicit: bool, ties: &[&str], next: Option<f64>) -> Tile {
+    if let [second, others @ ..] = ties {
+        let more = if others.is_empty() { String::new() } else { format!(" +{}", others.len()) };
+        return told(Shade::Tie, &format!("{name} =\n{second}{more}"));
+    }
+    let shade = if is_explicit { Shade::Open } else { Shade::Fair };
+    let margin = next.map_or_else(String::new, |next| format!(" ×{}", significant(next, 2)));
+    told(shade, &format!("{name}{margin}"))
+}
+
+/// The legend of a map of winners; `idle` says why a place is empty.
+pub(super) fn legend_of_winners(idle: &str) -> Vec<(Tile, String)> {
+    let entries = [
+        (Shade::Open, "stiffness limits the step (explicit)"),
+        (Shade::Fair, "it does not (implicit)"),
+        (Shade::Tie, "a tie, whatever the kinds"),
+        (Shade::Idle, idle),
+    ];
+    entries.map(|(shade, text)| (told(shade, ""), text.to_owned())).into()
+}
+
+/// What the signs in a map of winners say; `bound` says within what times are a tie.
+pub(super) fn signs_of_winners(bound: &str) -> String {
+    format!(
+        "×2.5: the next method takes 2.5 times as long. A tie is {bound}: two methods are named, \
+         and +3 counts three more."
+    )
 }

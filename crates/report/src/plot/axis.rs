@@ -101,6 +101,16 @@ impl Axis {
         Self { label: label.to_owned(), low: 0.0, high: 152.0, ticks, scale: Scale::Linear }
     }
 
+    /// The same axis where values beyond its outer ticks were moved to them: the ticks say so.
+    #[must_use]
+    pub fn clipped(mut self) -> Self {
+        if let [(_, first), .., (_, last)] = self.ticks.as_mut_slice() {
+            *first = format!("≤ {first}");
+            *last = format!("≥ {last}");
+        }
+        self
+    }
+
     /// Position of a value, moved to the nearest edge when it lies beyond.
     pub(super) fn position(&self, value: f64) -> f64 {
         let position = match self.scale {
@@ -228,6 +238,12 @@ mod tests {
         assert!(axis.position(0.0) < gap && gap < axis.position(0.5));
         assert!(axis.position(1e300) <= axis.high && axis.position(-1.0) >= axis.low);
         assert!(Axis::log_with_zero("", &[0.5, 20.0]).gap().is_none());
+    }
+
+    #[test]
+    fn a_clipped_axis_says_so_at_both_ends() {
+        let axis = Axis::log("", &[1e2, 1e5]).clipped();
+        assert_eq!(labels(&axis), ["≤ 10²", "10³", "10⁴", "≥ 10⁵"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! From a [`Sheet`] to the text of an SVG file.
 
-use super::style::{FONT, FRAME, GRID, INK, MARKER, TITLE_FONT};
+use super::style::{FONT, FRAME, GRID, INK, MARKER, SMALL_MARKER, TITLE_FONT};
 use super::{At, Bar, Fill, Look, Panel, Sheet, State};
 use crate::number::{significant, wrap};
 use plotters::coord::Shift;
@@ -25,55 +25,176 @@ pub(super) const CHARACTER: i32 = 9;
 /// Dashes of rules, by the order in which the legend lists them.
 const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 
+/// Three panels beside each other on a narrower page, for panels with the same axes.
+const DENSE_COLUMNS: usize = 3;
+const DENSE_WIDTH: i32 = 900;
+/// Size and line of the names above a dense panel, and the height of what it plots.
+const SMALL_FONT: f64 = 14.0;
+const SMALL_LINE: i32 = 18;
+const DENSE_PLOT: i32 = 230;
+/// Room left of a panel that has its vertical axis in common with its neighbour, and right of all.
+const COMMON_AXIS: i32 = 10;
+const RIGHT: i32 = 22;
+
+/// Of more entries those of a row of panels stand below the row, if there are two panels in it.
+const MOST_ENTRIES: usize = 16;
+
 /// What a legend entry shows.
 #[derive(Clone, Copy, PartialEq)]
 enum Key {
     Series(Look, bool),
+    Behind(Look),
     Rule(usize),
     Band,
     Fill(Fill),
     State(State),
 }
 
+/// How the panels of a sheet lie.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Layout {
+    /// Two beside each other, or one where it is alone or has bars.
+    Wide,
+    /// Three beside each other with one vertical axis a row.
+    Dense,
+}
+
+/// Where a panel lies.
+#[derive(Clone, Copy)]
+struct Place {
+    corner: Pixel,
+    size: (i32, i32),
+    /// Height of what stands above the axes.
+    head: i32,
+    /// Width of what stands left of the axes.
+    side: i32,
+    /// Whether the vertical axis has labels.
+    has_labels: bool,
+    /// Whether its neighbours are near.
+    is_dense: bool,
+}
+
 /// Draws a sheet. `title` and `description` also go into the file's `<title>` and `<desc>`.
-pub(super) fn svg(sheet: &Sheet, title: &str, description: &str) -> Result<String, Failure> {
-    let legend = Legend::of(sheet);
-    let title_lines = wrap(title, 88);
+pub(super) fn svg(
+    sheet: &Sheet,
+    layout: Layout,
+    title: &str,
+    description: &str,
+) -> Result<String, Failure> {
     let wide = sheet.panels.len() == 1 || sheet.panels.iter().any(|panel| !panel.bars.is_empty());
-    let columns = if wide { 1 } else { 2 };
+    let (page, columns) = match layout {
+        Layout::Dense => (DENSE_WIDTH, DENSE_COLUMNS),
+        Layout::Wide => (WIDTH, if wide { 1 } else { 2 }),
+    };
+    let letters = |most: i32| (most * page / WIDTH) as usize;
+    let mut legend = Legend::of(sheet, letters(105));
+    let title_lines = wrap(title, letters(88));
     let rows: Vec<&[Panel]> = sheet.panels.chunks(columns).collect();
-    let heights: Vec<i32> = rows.iter().map(|row| row_height(row, sheet.panels.len())).collect();
+    let is_near = layout == Layout::Wide && columns == 2 && legend.entries.len() > MOST_ENTRIES;
+    let near: Vec<Vec<(Legend, i32, i32)>> =
+        if is_near { legend.split(&rows) } else { rows.iter().map(|_| Vec::new()).collect() };
+    let below = |legends: &[(Legend, i32, i32)]| {
+        let heights = legends.iter().map(|(legend, _, width)| legend.entries_height(*width) + 14);
+        heights.max().unwrap_or(0)
+    };
+    let heights: Vec<i32> = rows
+        .iter()
+        .zip(&near)
+        .map(|(row, near)| row_height(row, layout, sheet.panels.len()) + below(near))
+        .collect();
     let head = MARGIN + 26 * title_lines.len() as i32;
     let body: i32 = heights.iter().sum();
-    let height = head + body + legend.height() + MARGIN;
+    // The legend may stand in the last row where that has room.
+    let free = match (rows.last(), heights.last()) {
+        (Some(row), Some(last)) if layout == Layout::Dense && row.len() + 1 == columns => {
+            let room = page / columns as i32;
+            (legend.entries_height(room) + 2 * MARGIN <= *last).then_some((room, *last))
+        }
+        _ => None,
+    };
+    let foot = match free {
+        Some(_) => legend.notes_height(),
+        None => legend.height(page),
+    };
+    let height = head + body + foot + MARGIN;
 
     let mut text = String::new();
     {
         let root =
-            SVGBackend::with_string(&mut text, (WIDTH as u32, height as u32)).into_drawing_area();
+            SVGBackend::with_string(&mut text, (page as u32, height as u32)).into_drawing_area();
         root.fill(&WHITE)?;
         for (n, line) in title_lines.iter().enumerate() {
             let style = text_style(TITLE_FONT, FontStyle::Bold, INK, HPos::Left, VPos::Top);
             root.draw_text(line, &style, (MARGIN, MARGIN + 26 * n as i32))?;
         }
         let mut top = head;
-        for (row, row_height) in rows.iter().zip(&heights) {
-            let width = WIDTH / columns as i32;
+        for ((row, row_height), near) in rows.iter().zip(&heights).zip(&near) {
+            let plots = row_height - below(near);
+            for (legend, left, width) in near {
+                legend.draw_entries(&root, (*left, top + plots - 8), *width)?;
+            }
             for (column, panel) in row.iter().enumerate() {
-                draw_panel(
-                    &root,
-                    panel,
-                    &legend,
-                    (width * column as i32, top),
-                    (width, *row_height),
-                )?;
+                let size = (page / columns as i32, plots);
+                let place = match layout {
+                    Layout::Wide => Place {
+                        corner: (size.0 * column as i32, top),
+                        size,
+                        head: panel_head(panel),
+                        side: side(panel),
+                        has_labels: true,
+                        is_dense: false,
+                    },
+                    Layout::Dense => dense_place(row, column, (page, top), plots),
+                };
+                draw_panel(&root, panel, &legend, place)?;
             }
             top += row_height;
         }
-        legend.draw(&root, top)?;
+        match free {
+            Some((room, last)) => {
+                let (x, y) = (page - room, top - last + 2 * MARGIN);
+                legend.draw_entries(&root, (x, y), room - MARGIN)?;
+                legend.draw_notes(&root, (MARGIN, top), page - MARGIN)?;
+            }
+            None => {
+                let corners = [(MARGIN, top), (page - MARGIN, top + legend.height(page))];
+                root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
+                let below = legend.draw_entries(&root, (0, top), page)?;
+                legend.write_notes(&root, (2 * MARGIN, below))?;
+            }
+        }
         root.present()?;
     }
     Ok(with_description(&text, title, description))
+}
+
+/// The place of a panel of which all in a row have plots of the same size and the axis of the
+/// first.
+fn dense_place(row: &[Panel], column: usize, (page, top): (i32, i32), height: i32) -> Place {
+    let first = side(&row[0]);
+    let others = DENSE_COLUMNS as i32 - 1;
+    let plot = (page - INSET - first - others * COMMON_AXIS) / DENSE_COLUMNS as i32;
+    let left = if column == 0 { 0 } else { INSET + first + plot };
+    let left = left + (column.max(1) as i32 - 1) * (plot + COMMON_AXIS);
+    let side = if column == 0 { first } else { COMMON_AXIS - INSET };
+    Place {
+        corner: (left, top),
+        size: (INSET + side + plot, height),
+        head: row.iter().map(panel_head).max().unwrap_or(0),
+        side,
+        has_labels: column == 0,
+        is_dense: true,
+    }
+}
+
+/// Height of title and names above a panel.
+fn panel_head(panel: &Panel) -> i32 {
+    10 + LINE * panel.title.len() as i32 + SMALL_LINE * panel.above.len() as i32
+}
+
+/// Room for labels and name of the vertical axis.
+fn side(panel: &Panel) -> i32 {
+    38 + CHARACTER * panel.y.tick_width() as i32
 }
 
 /// Adds role, title and description for readers who do not see the picture.
@@ -88,19 +209,20 @@ pub(super) fn with_description(svg: &str, title: &str, description: &str) -> Str
     )
 }
 
-fn row_height(row: &[Panel], panels: usize) -> i32 {
-    let title = row.iter().map(|panel| panel.title.len()).max().unwrap_or(0) as i32;
+fn row_height(row: &[Panel], layout: Layout, panels: usize) -> i32 {
+    let head = row.iter().map(panel_head).max().unwrap_or(0);
     let bars = row.iter().map(|panel| panel.bars.len()).max().unwrap_or(0) as i32;
-    let plot = match (bars, panels) {
-        (0, 1) => 430,
-        (0, 2) => 400,
-        (0, _) => 320,
-        (bars, _) => 34 * bars + 80,
+    let plot = match (layout, bars, panels) {
+        (Layout::Dense, ..) => DENSE_PLOT,
+        (_, 0, 1) => 430,
+        (_, 0, 2) => 400,
+        (_, 0, _) => 320,
+        (_, bars, _) => 34 * bars + 80,
     };
     // Names on the y axis need a line each.
     let ticks = row.iter().map(|panel| panel.y.ticks.len()).max().unwrap_or(0) as i32;
-    let plot = plot.max(LINE * ticks + 80);
-    10 + LINE * title + plot
+    let least = if layout == Layout::Dense { 0 } else { LINE * ticks + 80 };
+    head + plot.max(least)
 }
 
 pub(super) fn text_style(
@@ -119,34 +241,37 @@ pub(super) fn plain(horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
     text_style(FONT, FontStyle::Normal, INK, horizontal, vertical)
 }
 
-/// Title, axes and contents of one panel whose upper left corner is `corner`.
+/// Title, axes and contents of one panel.
 fn draw_panel(
     root: &Area<'_>,
     panel: &Panel,
     legend: &Legend,
-    corner: Pixel,
-    (width, height): (i32, i32),
+    place: Place,
 ) -> Result<(), Failure> {
-    let (left, top) = corner;
-    let y_area = 38 + CHARACTER * panel.y.tick_width() as i32;
+    let ((left, top), (width, height)) = (place.corner, place.size);
     let title_style = plain(HPos::Left, VPos::Top);
     // A title stands above the axes, unless it needs the room to their left.
     let longest = panel.title.iter().map(|line| line.chars().count()).max().unwrap_or(0) as i32;
-    let indent = (INSET + y_area).min((width - CHARACTER * longest - MARGIN).max(MARGIN));
+    let indent = (INSET + place.side).min((width - CHARACTER * longest - MARGIN).max(MARGIN));
+    let indent = if place.is_dense { INSET + place.side } else { indent };
     for (n, line) in panel.title.iter().enumerate() {
         root.draw_text(line, &title_style, (left + indent, top + 6 + LINE * n as i32))?;
     }
-    let title_height = 10 + LINE * panel.title.len() as i32;
-    let area = root
-        .clone()
-        .shrink((left, top + title_height), (width as u32, (height - title_height) as u32));
+    let small = text_style(SMALL_FONT, FontStyle::Normal, INK, HPos::Left, VPos::Top);
+    // These lines stand on the axes.
+    let first = top + place.head - 2 - SMALL_LINE * panel.above.len() as i32;
+    for (n, line) in panel.above.iter().enumerate() {
+        root.draw_text(line, &small, (left + INSET + place.side, first + SMALL_LINE * n as i32))?;
+    }
+    let area =
+        root.clone().shrink((left, top + place.head), (width as u32, (height - place.head) as u32));
     let mut chart = ChartBuilder::on(&area)
         .margin_top(4)
-        .margin_right(22)
-        .margin_left(INSET)
+        .margin_right(RIGHT)
+        .margin_left(if place.has_labels { INSET } else { INSET + place.side })
         .margin_bottom(10)
         .x_label_area_size(52)
-        .y_label_area_size(y_area)
+        .y_label_area_size(if place.has_labels { place.side } else { 0 })
         .build_cartesian_2d(panel.x.clone(), panel.y.clone())?;
     let mut mesh = chart.configure_mesh();
     if !panel.bars.is_empty() {
@@ -158,11 +283,14 @@ fn draw_panel(
         .label_style(plain(HPos::Left, VPos::Top))
         .axis_desc_style(plain(HPos::Left, VPos::Top))
         .x_desc(panel.x.label.as_str())
-        .y_desc(panel.y.label.as_str())
+        .y_desc(if place.has_labels { panel.y.label.as_str() } else { "" })
         .draw()?;
 
     let pixel = |x: f64, y: f64| chart.backend_coord(&(x, y));
     let ((x0, y1), (x1, y0)) = (pixel(panel.x.low, panel.y.low), pixel(panel.x.high, panel.y.high));
+    if !place.has_labels {
+        root.draw(&PathElement::new(vec![(x0, y0), (x0, y1)], FRAME.stroke_width(1)))?;
+    }
     if let Some(gap) = panel.y.gap() {
         let y = pixel(panel.x.low, gap).1;
         draw_line(root, &[(x0, y), (x1, y)], (3, 6), FRAME.stroke_width(1))?;
@@ -200,23 +328,36 @@ fn draw_panel(
         let shrink = (bar.reach / bar.longest_side()).min(1.0);
         draw_bar(root, bar, |x, y| pixel(x * shrink, y))?;
     }
-    let place = |p: &super::Point| pixel(panel.x.position(p.x), panel.y.position(p.y));
-    for series in panel.series.iter().filter(|series| series.is_joined) {
-        let path: Vec<Pixel> = series.points.iter().map(place).collect();
+    let at = |p: &super::Point| pixel(panel.x.position(p.x), panel.y.position(p.y));
+    for series in panel.series.iter().filter(|series| series.is_behind) {
+        let path: Vec<Pixel> = series.points.iter().map(at).collect();
+        draw_line(root, &path, series.look.dashes(), behind(series.look))?;
+        for point in path {
+            draw_marker(root, point, series.look, State::Stable, SMALL_MARKER)?;
+        }
+    }
+    let own: Vec<_> = panel.series.iter().filter(|series| !series.is_behind).collect();
+    for series in own.iter().filter(|series| series.is_joined) {
+        let path: Vec<Pixel> = series.points.iter().map(at).collect();
         draw_line(root, &path, series.look.dashes(), series.look.colour().stroke_width(2))?;
     }
-    for (n, series) in panel.series.iter().enumerate() {
+    for (n, series) in own.iter().enumerate() {
         // Smaller and smaller, so that none hides the ones it coincides with.
         let size = MARKER * (1.25 - 0.15 * n.min(3) as f64);
         // Where curves coincide, the markers of each stand between those of the others.
-        let offset = n * series.stride / panel.series.len();
+        let offset = n * series.stride / own.len();
         for (k, point) in series.points.iter().enumerate() {
             if k % series.stride == offset || point.state != State::Stable {
-                draw_marker(root, place(point), series.look, point.state, size)?;
+                draw_marker(root, at(point), series.look, point.state, size)?;
             }
         }
     }
     Ok(())
+}
+
+/// The stroke of a line behind the others.
+fn behind(look: Look) -> ShapeStyle {
+    look.colour().stroke_width(if look == Look::GREY { 1 } else { 2 })
 }
 
 fn draw_line(
@@ -247,6 +388,12 @@ fn draw_marker(
     root.draw(&Polygon::new(outline.clone(), inside.filled()))?;
     let ring = outline.iter().chain(outline.first()).copied().collect::<Vec<_>>();
     root.draw(&PathElement::new(ring, look.colour().stroke_width(2)))?;
+    let scale = |tenths: i32| libm::round(f64::from(tenths) * size / 10.0) as i32;
+    for stroke in look.inlay() {
+        let stroke = stroke.map(|(x, y)| (at.0 + scale(x), at.1 + scale(y))).to_vec();
+        let ink = if state == State::Stable { look.contrast() } else { look.colour() };
+        root.draw(&PathElement::new(stroke, ink.stroke_width(2)))?;
+    }
     if state == State::Failed {
         let r = size as i32 + 3;
         for rise in [-r, r] {
@@ -326,7 +473,8 @@ impl Legend {
     const SYMBOL: i32 = 48;
     const ROW: i32 = 26;
 
-    fn of(sheet: &Sheet) -> Self {
+    /// `letters` is the length of a line of the notes.
+    fn of(sheet: &Sheet, letters: usize) -> Self {
         let mut entries: Vec<(Key, String)> = Vec::new();
         let mut rules: Vec<String> = Vec::new();
         let mut add = |key: Key, label: &str| {
@@ -335,8 +483,12 @@ impl Legend {
             }
         };
         let panels = || sheet.panels.iter();
-        for series in panels().flat_map(|panel| &panel.series) {
+        let series = || panels().flat_map(|panel| &panel.series);
+        for series in series().filter(|series| !series.is_behind) {
             add(Key::Series(series.look, series.is_joined), &series.label);
+        }
+        for series in series().filter(|series| series.is_behind) {
+            add(Key::Behind(series.look), &series.label);
         }
         for (label, fill, _) in panels().flat_map(|panel| &panel.bars).flat_map(|bar| &bar.parts) {
             add(Key::Fill(*fill), label);
@@ -362,17 +514,53 @@ impl Legend {
             notes.push("0, below the dotted break: no CG iteration.".to_owned());
         }
         notes.extend(beyond_the_axis(sheet));
-        Self { entries, rules, notes: notes.iter().flat_map(|note| wrap(note, 105)).collect() }
+        Self { entries, rules, notes: notes.iter().flat_map(|note| wrap(note, letters)).collect() }
+    }
+
+    /// Takes out the entries of curves that are not in all rows, and returns them as legends of
+    /// the rows, each with its left edge and width: one a row where its panels have curves in
+    /// common, else one below each panel.
+    fn split(&mut self, rows: &[&[Panel]]) -> Vec<Vec<(Self, i32, i32)>> {
+        let has = |panels: &[Panel], label: &str| {
+            panels.iter().flat_map(|panel| &panel.series).any(|series| series.label == label)
+        };
+        let is_common =
+            |label: &str| rows.len() > 1 && rows.iter().all(|panels| has(panels, label));
+        let (own, common): (Vec<_>, Vec<_>) = self.entries.drain(..).partition(|(key, label)| {
+            matches!(key, Key::Series(..) | Key::Behind(_)) && !is_common(label)
+        });
+        self.entries = common;
+        let of = |panels: &[Panel]| Self {
+            entries: own.iter().filter(|(_, label)| has(panels, label)).cloned().collect(),
+            rules: Vec::new(),
+            notes: Vec::new(),
+        };
+        let legends = |row: &&[Panel]| match row {
+            [first, second] => {
+                let is_apart =
+                    !own.iter().any(|(_, label)| has(&row[..1], label) && has(&row[1..], label));
+                if is_apart && !first.series.is_empty() && !second.series.is_empty() {
+                    let half = WIDTH / 2;
+                    vec![(of(&row[..1]), 0, half), (of(&row[1..]), half, half)]
+                } else {
+                    vec![(of(row), 0, WIDTH)]
+                }
+            }
+            [_] => vec![(of(row), 0, WIDTH / 2)],
+            _ => vec![(of(row), 0, WIDTH)],
+        };
+        rows.iter().map(legends).collect()
     }
 
     fn rule(&self, label: &str) -> usize {
         self.rules.iter().position(|known| known == label).unwrap_or(0)
     }
 
-    /// Left edge and row of each entry: columns of equal width, as many as the widest entry allows.
-    fn places(&self) -> Vec<(i32, i32)> {
+    /// Left edge and row of each entry in a box of this width: columns of equal width, as many as
+    /// the widest entry allows.
+    fn places(&self, width: i32) -> Vec<(i32, i32)> {
         let widest = self.entries.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
-        let room = WIDTH - 4 * MARGIN;
+        let room = width - 4 * MARGIN;
         let columns = (room / (Self::SYMBOL + CHARACTER * widest as i32 + 16)).max(1);
         let columns = columns.min(self.entries.len().max(1) as i32);
         (0..self.entries.len() as i32)
@@ -380,24 +568,54 @@ impl Legend {
             .collect()
     }
 
-    fn height(&self) -> i32 {
-        let rows = self.places().last().map_or(0, |(_, row)| row + 1);
-        14 + Self::ROW * rows + LINE * self.notes.len() as i32
+    fn entries_height(&self, width: i32) -> i32 {
+        let rows = self.places(width).last().map_or(0, |(_, row)| row + 1);
+        Self::ROW * rows
     }
 
-    fn draw(&self, root: &Area<'_>, top: i32) -> Result<(), Failure> {
-        let corners = [(MARGIN, top), (WIDTH - MARGIN, top + self.height())];
+    fn height(&self, width: i32) -> i32 {
+        14 + self.entries_height(width) + LINE * self.notes.len() as i32
+    }
+
+    /// Height of a box that holds the notes alone.
+    fn notes_height(&self) -> i32 {
+        if self.notes.is_empty() { 0 } else { 14 + LINE * self.notes.len() as i32 }
+    }
+
+    /// The notes in a box of their own, up to `right`.
+    fn draw_notes(&self, root: &Area<'_>, (x, y): Pixel, right: i32) -> Result<(), Failure> {
+        if self.notes.is_empty() {
+            return Ok(());
+        }
+        let corners = [(x, y), (right, y + self.notes_height())];
         root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
-        let places = self.places();
+        self.write_notes(root, (x + MARGIN, y + 10))
+    }
+
+    fn write_notes(&self, root: &Area<'_>, (x, y): Pixel) -> Result<(), Failure> {
+        for (n, note) in self.notes.iter().enumerate() {
+            root.draw_text(note, &plain(HPos::Left, VPos::Top), (x, y + LINE * n as i32))?;
+        }
+        Ok(())
+    }
+
+    /// The entries in a box of this width; returns where notes go on.
+    fn draw_entries(&self, root: &Area<'_>, (x, top): Pixel, width: i32) -> Result<i32, Failure> {
+        let places = self.places(width);
         for ((key, label), (left, row)) in self.entries.iter().zip(&places) {
+            let left = x + left;
             let y = top + 7 + Self::ROW * row + Self::ROW / 2;
-            let (from, middle, to) = ((*left, y), (left + 20, y), (left + 40, y));
+            let (from, middle, to) = ((left, y), (left + 20, y), (left + 40, y));
             match *key {
                 Key::Series(look, is_joined) => {
                     if is_joined {
                         draw_line(root, &[from, to], look.dashes(), look.colour().stroke_width(2))?;
                     }
                     draw_marker(root, middle, look, State::Stable, MARKER)?;
+                }
+                Key::Behind(look) => {
+                    draw_line(root, &[from, to], look.dashes(), behind(look))?;
+                    draw_marker(root, middle, look, State::Stable, SMALL_MARKER)?;
                 }
                 Key::Rule(n) => {
                     draw_line(root, &[from, to], RULE_DASHES[n % 2], INK.stroke_width(2))?;
@@ -413,12 +631,7 @@ impl Legend {
             }
             root.draw_text(label, &plain(HPos::Left, VPos::Center), (left + Self::SYMBOL, y))?;
         }
-        let rows = places.last().map_or(0, |(_, row)| row + 1);
-        for (n, note) in self.notes.iter().enumerate() {
-            let y = top + 10 + Self::ROW * rows + LINE * n as i32;
-            root.draw_text(note, &plain(HPos::Left, VPos::Top), (2 * MARGIN, y))?;
-        }
-        Ok(())
+        Ok(top + 10 + self.entries_height(width))
     }
 }
 

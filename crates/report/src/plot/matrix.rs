@@ -3,14 +3,14 @@
 use super::draw::{
     Area, CHARACTER, Failure, LINE, MARGIN, WIDTH, plain, text_style, with_description,
 };
-use super::style::{FONT, GRID, INK, TITLE_FONT};
+use super::style::{FONT, FRAME, GRID, INK, TITLE_FONT};
 use crate::number::wrap;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// Rows and columns of tiles, with a legend below them.
 pub struct Matrix {
-    /// Names above the columns, written upwards.
+    /// Names above the columns, written upwards where they are longer than a column is wide.
     pub columns: Vec<String>,
     /// The rows, from the top.
     pub rows: Vec<Row>,
@@ -35,7 +35,7 @@ pub struct Row {
 pub struct Tile {
     /// Its colour.
     pub shade: Shade,
-    /// The letter in it.
+    /// The letter in it, or a few words; in two lines with a line break between them.
     pub text: String,
     /// Whether it has a thick frame.
     pub is_marked: bool,
@@ -58,6 +58,8 @@ pub enum Shade {
     Idle,
     /// Nothing goes wrong because nothing happens.
     Still,
+    /// Several are as good: no colour, a thin frame.
+    Tie,
 }
 
 impl Shade {
@@ -71,6 +73,7 @@ impl Shade {
             Self::Open => RGBColor(0xbf, 0xdd, 0xf3),
             Self::Idle => RGBColor(0xf2, 0xf2, 0xf2),
             Self::Still => RGBColor(0xc9, 0xb8, 0xdc),
+            Self::Tie => WHITE,
         }
     }
 
@@ -100,7 +103,10 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
     let title_lines = wrap(title, 88);
     let notes: Vec<String> = matrix.notes.iter().flat_map(|note| wrap(note, 105)).collect();
     let left = MARGIN + NARROW * longest(&mut matrix.rows.iter().map(|row| &row.label)) + 18;
-    let heading = NARROW * longest(&mut matrix.columns.iter()) + 14;
+    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
+    let widest = NARROW * longest(&mut matrix.columns.iter());
+    let is_upwards = widest > width;
+    let heading = if is_upwards { widest + 14 } else { LINE + 10 };
     let top = MARGIN + 26 * title_lines.len() as i32 + heading;
     let legend_columns = {
         let widest = longest(&mut matrix.legend.iter().map(|(_, text)| text));
@@ -110,10 +116,9 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
     let legend_height = 14 + 26 * legend_rows + LINE * notes.len() as i32;
     let count = matrix.rows.len() as i32;
     let others = top + 14 + legend_height + MARGIN;
-    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
     let is_broken = matrix.rows.iter().flat_map(|row| &row.tiles).any(|tiles| {
         let room = (width - 3) / (tiles.len() as i32).max(1);
-        tiles.iter().any(|tile| width_of(&tile.text) > room)
+        tiles.iter().any(|tile| tile.text.contains('\n') || width_of(&tile.text) > room)
     });
     let least = if is_broken { TWO_LINES } else { *ROW.start() };
     let row_height = ((HEIGHT - others) / count.max(1)).clamp(least, *ROW.end());
@@ -129,10 +134,14 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
             let style = text_style(TITLE_FONT, FontStyle::Bold, INK, HPos::Left, VPos::Top);
             root.draw_text(line, &style, (MARGIN, MARGIN + 26 * n as i32))?;
         }
-        let upwards = plain(HPos::Left, VPos::Center).transform(FontTransform::Rotate270);
+        let style = if is_upwards {
+            plain(HPos::Left, VPos::Center).transform(FontTransform::Rotate270)
+        } else {
+            plain(HPos::Center, VPos::Bottom)
+        };
         for (n, name) in matrix.columns.iter().enumerate() {
             let x = left + width * n as i32 + width / 2;
-            root.draw_text(name, &upwards, (x, top - 6))?;
+            root.draw_text(name, &style, (x, top - 6))?;
         }
         for (n, row) in matrix.rows.iter().enumerate() {
             let y = top + row_height * n as i32;
@@ -189,6 +198,9 @@ pub(super) fn draw_tile(
 ) -> Result<(), Failure> {
     let corners = [(left, top), (left + width, top + height)];
     root.draw(&Rectangle::new(corners, tile.shade.colour().filled()))?;
+    if tile.shade == Shade::Tie {
+        root.draw(&Rectangle::new(corners, FRAME.stroke_width(1)))?;
+    }
     if tile.is_marked {
         let (right, bottom) = (left + width - 1, top + height - 1);
         let (left, top) = (left + 1, top + 1);
@@ -196,6 +208,7 @@ pub(super) fn draw_tile(
         root.draw(&PathElement::new(ring, INK.stroke_width(2)))?;
     }
     let lines = match tile.text.rsplit_once(' ') {
+        _ if tile.text.contains('\n') => tile.text.lines().collect(),
         Some((name, rest)) if width_of(&tile.text) > width && height >= TWO_LINES - 3 => {
             vec![name, rest]
         }

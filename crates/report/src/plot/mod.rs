@@ -34,7 +34,21 @@ impl Drawing for Sheet {
         title: &str,
         description: &str,
     ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
-        draw::svg(self, title, description)
+        draw::svg(self, draw::Layout::Wide, title, description)
+    }
+}
+
+/// A sheet with three panels beside each other. They have one vertical axis a row, so all must have
+/// the same axes.
+pub struct Dense(pub Sheet);
+
+impl Drawing for Dense {
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+        draw::svg(&self.0, draw::Layout::Dense, title, description)
     }
 }
 
@@ -70,6 +84,8 @@ pub struct Sheet {
 pub struct Panel {
     /// Lines above the panel.
     pub title: Vec<String>,
+    /// Smaller lines at its upper edge: what has no place between the axes.
+    pub above: Vec<String>,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
@@ -85,7 +101,8 @@ pub struct Panel {
 impl Panel {
     /// An empty panel.
     pub fn new(title: Vec<String>, x: Axis, y: Axis) -> Self {
-        Self { title, x, y, series: Vec::new(), rules: Vec::new(), bars: Vec::new() }
+        let (series, rules, bars) = (Vec::new(), Vec::new(), Vec::new());
+        Self { title, above: Vec::new(), x, y, series, rules, bars }
     }
 }
 
@@ -99,6 +116,8 @@ pub struct Series {
     pub points: Vec<Point>,
     /// Whether a line joins the points.
     is_joined: bool,
+    /// Whether it is drawn thin, with small markers, behind the others.
+    is_behind: bool,
     /// From one marker to the next, in points; a run that failed is marked wherever it is.
     stride: usize,
 }
@@ -108,7 +127,7 @@ impl Series {
     pub fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
-        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
+        Self::path(label, look, points)
     }
 
     /// The same line with some ten markers on it, however many points it passes.
@@ -118,7 +137,14 @@ impl Series {
 
     /// A series whose line passes its points in the order given; `None` when there are none.
     pub fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
-        (!points.is_empty()).then_some(Self { label, look, points, is_joined: true, stride: 1 })
+        let is_any = !points.is_empty();
+        let (is_joined, is_behind) = (true, false);
+        is_any.then_some(Self { label, look, points, is_joined, is_behind, stride: 1 })
+    }
+
+    /// The same series, thin and behind the others.
+    pub fn behind(self) -> Self {
+        Self { is_behind: true, ..self }
     }
 
     /// The same points without a line between them.

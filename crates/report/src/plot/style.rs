@@ -13,13 +13,16 @@ pub(super) const FONT: f64 = 15.0;
 pub(super) const TITLE_FONT: f64 = 19.0;
 /// Half the size of a marker.
 pub(super) const MARKER: f64 = 5.5;
+/// The same for what stands behind the other curves.
+pub(super) const SMALL_MARKER: f64 = 2.5;
 
 pub(super) const INK: RGBColor = RGBColor(0x1a, 0x1a, 0x1a);
 pub(super) const GRID: RGBColor = RGBColor(0xe2, 0xe2, 0xe2);
 pub(super) const FRAME: RGBColor = RGBColor(0x80, 0x80, 0x80);
 
-/// Blue, vermillion, bluish green, reddish purple, black, orange, sky blue.
-const COLOURS: [RGBColor; 7] = [
+/// Blue, vermillion, bluish green, reddish purple, black, orange, sky blue; grey for what is no
+/// method in particular.
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x00, 0x9e, 0x73),
@@ -27,7 +30,9 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0x00, 0x00, 0x00),
     RGBColor(0xe6, 0x9f, 0x00),
     RGBColor(0x56, 0xb4, 0xe9),
+    RGBColor(0x98, 0x98, 0x98),
 ];
+const GREY: usize = 7;
 
 /// How far the colours of the forms of a method lie towards white, or towards black where the
 /// colour is light.
@@ -66,6 +71,17 @@ const MARKERS: [&[(i32, i32)]; 7] = [
     &[(-13, -5), (13, -5), (13, 5), (-13, 5)],
 ];
 
+/// Inside of the markers of the forms of a method: nothing, a spot, strokes.
+const INLAYS: [&[[(i32, i32); 2]]; 7] = [
+    &[],
+    &[[(-2, 0), (2, 0)]],
+    &[[(-8, 0), (8, 0)]],
+    &[[(0, -8), (0, 8)]],
+    &[[(-5, 5), (5, -5)]],
+    &[[(-5, -5), (5, 5)]],
+    &[[(-7, 0), (7, 0)], [(0, -7), (0, 7)]],
+];
+
 /// Lengths of stroke and gap, in pixels; a gap of 0 is a full line.
 const DASHES: [(i32, i32); 7] = [(1, 0), (9, 4), (3, 3), (14, 5), (6, 6), (18, 3), (2, 5)];
 
@@ -80,6 +96,9 @@ pub struct Look {
 }
 
 impl Look {
+    /// A grey line, for curves that are there to be seen, and not to be told apart.
+    pub const GREY: Self = Self { colour: GREY, tone: 0, shape: 0, line: 0 };
+
     /// The n-th look: colour, marker and dashes all its own for n < 7.
     pub const fn number(n: usize) -> Self {
         Self::pair(n, n)
@@ -135,6 +154,19 @@ impl Look {
             libm::round(part + TONES[self.tone] * (end - part)) as u8
         };
         RGBColor(mix(r), mix(g), mix(b))
+    }
+
+    /// Strokes inside a marker, which tell the forms of a method apart beside their tones: from one
+    /// point to the other, in tenths of half its size.
+    pub(super) fn inlay(self) -> &'static [[(i32, i32); 2]] {
+        INLAYS[self.tone]
+    }
+
+    /// A colour that stands out on that of the marker.
+    pub(super) fn contrast(self) -> RGBColor {
+        let RGBColor(r, g, b) = self.colour();
+        let light = 2 * u32::from(r) + 5 * u32::from(g) + u32::from(b);
+        if light > LIGHT { INK } else { RGBColor(255, 255, 255) }
     }
 
     /// Outline of a marker of half the width `size` around (0, 0), in pixels.

@@ -2,9 +2,9 @@
 
 use super::facts::{Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels, looks};
-use crate::studies::tiles::{fault, legend, told};
+use crate::studies::tiles::{self, fault, legend, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
-use drape_report::number::significant;
+use drape_report::number::{significant, wrap};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
@@ -20,7 +20,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "animation-frames.svg",
         title: "What a frame of cloth costs, and how wrong its shape is",
         caption: FRAMES,
-        draw: Draw::Sheet(frames),
+        draw: Draw::Dense(frames),
     },
     Plate {
         file: "animation-map.svg",
@@ -48,7 +48,7 @@ pub(super) const LONG_PLATES: &[Plate<Input>] = &[
         file: "animation-long-frames.svg",
         title: "Larger cloth, five seconds: what a frame costs, and how wrong its shape is",
         caption: FRAMES,
-        draw: Draw::Sheet(frames),
+        draw: Draw::Dense(frames),
     },
     Plate {
         file: "animation-long-map.svg",
@@ -67,17 +67,18 @@ pub(super) const LONG_PLATES: &[Plate<Input>] = &[
 const FRAMES: &str = "Choose the panel of your fabric and find the error that you accept: the \
                       leftmost curve there is the fastest. A panel a fabric and damping, square \
     cloths that hang by two corners. Across: time a frame on one core. Upwards: the mean distance of \
-    the surfaces over the span. A curve is a method: the best of its forms and of its numbers of \
-    calls a frame. Drawn are the methods that no other beats in most panels; the table \
-    `animation-cheapest.svg` has all. Grey: below the noise, where nothing is ranked. Dashed: good \
-    enough, 1 cm. Below the legend: methods that stand still or gain energy with every number of \
-    calls that was tried.";
+    the surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
+    of its forms and of its numbers of calls a frame. In colour: the methods that no other beats in \
+    most panels; grey: all others, which the table `animation-cheapest.svg` names. Grey area: below \
+    the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above a panel: \
+    methods that stand still, gain energy or exceed the budget with every number of calls that was \
+    tried.";
 
 const MAP: &str = "Where the colour changes, implicit methods (yellow) take over from explicit ones \
                    (blue), or the reverse. Each place names the method with the least time a frame \
     for an error, on one core. A row is a scene at 60 frames a second, or at the rate that it \
     names; a column an error: of the shape where the cloth hangs, of the particles at 0.3 s \
-    elsewhere, and none after seconds on a ball or in the wind. Violet: methods of both kinds tie. \
+    elsewhere, and none after seconds on a ball or in the wind. White: methods tie, and two are named. \
     Grey: no run gets there, or the noise is more than half of that.";
 
 const FRONT: &str = "The line joins the runs that no other beats in both. A panel a scene, a \
@@ -144,14 +145,14 @@ fn hanging(input: &Input) -> Vec<&Scene> {
 }
 
 /// The name of a panel of the one figure.
-fn panel(scene: &Scene) -> String {
+fn panel(scene: &Scene) -> Vec<String> {
     let damping = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
     let more = if scene.has_all_forms {
         format!("k/m = {} s⁻²", significant(scene.stiffness_over_mass_per_s2, 2))
     } else {
         format!("{} particles, {} s", scene.particles, significant(scene.span_s, 1))
     };
-    format!("{}, {damping} damping, {more}", scene.fabric)
+    vec![format!("{}, {damping} damping", scene.fabric), more]
 }
 
 /// The id of a run's method.
@@ -162,11 +163,15 @@ fn id(run: &Run) -> &str {
 /// Most methods that the one figure names.
 const NAMED: usize = 7;
 
-/// The methods that stand on the front of most scenes, as many as there are looks.
+/// The methods that stand on the front of most scenes, as many as there are looks. Below the noise
+/// no run beats another but by its time, and errors beyond those of the map are of no use.
 fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for scene in scenes {
-        let front = best(timed(input, scene));
+        let most = MOST.max(scene.good_m());
+        let useful = timed(input, scene).into_iter().filter(|(.., error)| *error <= most);
+        let floored = useful.map(|(run, time, error)| (run, time, error.max(scene.floor_m())));
+        let front = best(floored.collect());
         let mut seen: Vec<&str> = front.iter().map(|(run, ..)| id(run)).collect();
         seen.sort_unstable();
         seen.dedup();
@@ -181,76 +186,103 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     counts.into_iter().take(NAMED).map(|(method, _)| method).collect()
 }
 
-/// Methods whose runs on a scene all have one of these verdicts.
-fn always<'a>(input: &'a Input, scene: &Scene, verdicts: &[Verdict]) -> Vec<&'a str> {
-    let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
-    let mut methods: Vec<&str> = own().map(id).collect();
-    methods.dedup();
-    methods.retain(|method| {
-        let mut its = own().filter(|run| id(run) == *method);
-        its.all(|run| verdicts.contains(&run.verdict))
-    });
+/// All methods, in the order of their runs.
+fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
+    let mut methods: Vec<&str> = Vec::new();
+    for run in runs {
+        if !methods.contains(&id(run)) {
+            methods.push(id(run));
+        }
+    }
     methods
 }
 
+/// Methods that have no sound run on a scene, each with the sign of the mildest of its verdicts.
+fn without_curve<'a>(input: &'a Input, scene: &Scene) -> Vec<(String, &'a str)> {
+    let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
+    let fault_of = |method: &'a str| {
+        let verdicts: Vec<Verdict> =
+            own().filter(|run| id(run) == method).map(|run| run.verdict).collect();
+        (!verdicts.contains(&Verdict::Stable)).then(|| (fault(&verdicts).text, method))
+    };
+    methods(own()).into_iter().filter_map(fault_of).collect()
+}
+
+/// Names behind their signs, a line a sign.
+fn by_sign(faults: &[(String, &str)]) -> Vec<String> {
+    let signs = ["L", "↓", "✗", ">", "–"].into_iter();
+    let line = |sign: &str| {
+        let own = faults.iter().filter(|(other, _)| other == sign);
+        let names: Vec<&str> = own.map(|(_, method)| *method).collect();
+        (!names.is_empty()).then(|| format!("{sign} {}", names.join(", ")))
+    };
+    signs.filter_map(line).collect()
+}
+
+/// Characters of a line above a panel of the one figure.
+const LETTERS: usize = 35;
+/// Smaller errors are drawn as this in the one figure, m.
+const LEAST_SHOWN: f64 = 1e-5;
+
 fn frames(input: &Input) -> Option<Sheet> {
     input.timings.as_ref()?;
-    let scenes = hanging(input);
+    let mut scenes = hanging(input);
+    scenes.retain(|scene| !timed(input, scene).is_empty());
     let named = named(input, &scenes);
+    let others = methods(input.facts.runs.iter().filter(|run| !named.contains(&id(run))));
     let looks = looks(&named);
     let draft = |scene: &&Scene| -> Draft {
         let runs = timed(input, scene);
         let point = |(_, time, error): &(&Run, f64, f64)| Point {
             x: 1e3 * time,
-            y: 1e3 * error.max(1e-6),
+            y: 1e3 * error.max(LEAST_SHOWN),
             state: State::Stable,
         };
-        let curve = |(n, method): (usize, &&str)| {
-            let own = runs.iter().filter(|(run, ..)| id(run) == *method).copied().collect();
-            let points = best(own).iter().map(point).collect();
-            Series::path((*method).to_owned(), looks[n], points)
+        let points = |method: &str| {
+            let own = runs.iter().filter(|(run, ..)| id(run) == method).copied().collect();
+            best(own).iter().map(point).collect()
         };
-        let series = named.iter().enumerate().filter_map(curve).collect();
+        let behind = others.iter().filter_map(|method| {
+            Some(Series::path("any other method".to_owned(), Look::GREY, points(method))?.behind())
+        });
+        let curves = named.iter().zip(&looks);
+        let curves = curves
+            .filter_map(|(method, look)| Series::path((*method).to_owned(), *look, points(method)));
+        let series = behind.chain(curves).collect();
         let noise = (1e3 * scene.floor_m()).max(1e-3);
         let rules = vec![
             Rule { label: "noise".to_owned(), at: At::Below(noise) },
             Rule { label: "good enough".to_owned(), at: At::Y(1e3 * scene.good_m()) },
         ];
-        (vec![panel(scene)], series, rules)
+        (panel(scene), series, rules)
     };
-    let noise: Vec<f64> = scenes.iter().map(|s| (0.5e3 * s.floor_m()).max(1e-3)).collect();
     let mut sheet = panels_of(
         scenes.iter().map(draft).collect(),
         |xs| Axis::log("ms a frame", xs),
-        |ys| Axis::log("error of shape (mm)", &[ys, noise.as_slice(), &[1e3 * GOOD]].concat()),
+        |ys| Axis::log("error of shape (mm)", &[ys, &[1e3 * GOOD]].concat()),
     )?;
-    sheet.notes = vec![
-        failing(input, &scenes, "Stand still", &[Verdict::Locked]),
-        failing(
-            input,
-            &scenes,
-            "Gain energy",
-            &[Verdict::Marginal, Verdict::Unstable, Verdict::Diverged],
-        ),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
+    let faults: Vec<_> = scenes.iter().map(|scene| without_curve(input, scene)).collect();
+    let is_everywhere = |fault: &(String, &str)| faults.iter().all(|own| own.contains(fault));
+    for (panel, own) in sheet.panels.iter_mut().zip(&faults) {
+        let own: Vec<_> = own.iter().filter(|fault| !is_everywhere(fault)).cloned().collect();
+        panel.above = by_sign(&own).iter().flat_map(|line| wrap(line, LETTERS)).collect();
+    }
+    let common = faults.first().into_iter().flatten().filter(|fault| is_everywhere(fault));
+    let common = by_sign(&common.cloned().collect::<Vec<_>>());
+    if faults.iter().any(|own| !own.is_empty()) {
+        let signs = "L stands still, ✗ gains energy, > exceeds the budget of work, – refuses.";
+        sheet.notes.push(format!("Above a panel, methods without a curve in it: {signs}"));
+    }
+    if !common.is_empty() {
+        sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
+    }
     Some(sheet)
 }
 
-/// Who fails in all panels of the one figure, in a sentence.
-fn failing(input: &Input, scenes: &[&Scene], what: &str, verdicts: &[Verdict]) -> Option<String> {
-    let (first, others) = scenes.split_first()?;
-    let mut methods = always(input, first, verdicts);
-    methods.retain(|method| {
-        others.iter().all(|scene| always(input, scene, verdicts).contains(method))
-    });
-    (!methods.is_empty()).then(|| format!("{what} in every panel: {}.", methods.join(", ")))
-}
-
+/// The greatest error of the map, m.
+const MOST: f64 = 0.03;
 /// Errors of the columns of the map, m.
-const LEVELS: [Level; 4] = [Level::At(0.03), Level::Good, Level::At(0.003), Level::At(0.001)];
+const LEVELS: [Level; 4] = [Level::At(MOST), Level::Good, Level::At(0.003), Level::At(0.001)];
 
 /// The greatest error of a column.
 #[derive(Clone, Copy)]
@@ -304,20 +336,10 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
     }
     let all = fastest(input, scene, level);
     let Some((first, least)) = all.first() else { return told(Shade::Idle, "") };
-    let ties: Vec<_> = all[1..].iter().take_while(|(_, time)| *time <= TIE * least).collect();
-    let shade = if ties.iter().any(|(run, _)| run.is_limited != first.is_limited) {
-        Shade::Still
-    } else if first.is_limited {
-        Shade::Open
-    } else {
-        Shade::Fair
-    };
-    let margin = match (ties.len(), all.get(1)) {
-        (0, Some((_, next))) => format!(" ×{}", significant(next / least, 2)),
-        (0, None) => String::new(),
-        (ties, _) => format!(" +{ties}"),
-    };
-    told(shade, &format!("{}{margin}", id(first)))
+    let ties = all[1..].iter().take_while(|(_, time)| *time <= TIE * least);
+    let ties: Vec<&str> = ties.map(|(run, _)| id(run)).collect();
+    let next = all.get(1).map(|(_, next)| next / least);
+    tiles::winner(id(first), first.is_limited, &ties, next)
 }
 
 /// The map, which says where two uses stand: the long study has no row for them.
@@ -338,16 +360,9 @@ fn map(input: &Input) -> Option<Matrix> {
     Some(Matrix {
         columns: LEVELS.iter().map(|level| level.name()).collect(),
         rows: shown(input).map(row).collect(),
-        legend: vec![
-            (told(Shade::Open, ""), "stiffness limits the step (explicit)".to_owned()),
-            (told(Shade::Fair, ""), "it does not (implicit)".to_owned()),
-            (told(Shade::Still, ""), "a tie of both kinds".to_owned()),
-            (told(Shade::Idle, ""), "not reached, or noise".to_owned()),
-        ],
+        legend: legend_of_winners("not reached, or noise"),
         notes: vec![
-            "×2.5: the next method takes 2.5 times as long. +3: three other methods tie, within a \
-             factor of 1.5."
-                .to_owned(),
+            signs_of_winners("within a factor of 1.5"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
         ],
     })

@@ -136,7 +136,7 @@ fn parts(ledger: &Ledger) -> Vec<(&'static str, Fill, f64)> {
 }
 
 /// Longest side of a bar, %.
-const REACH: f64 = 250.0;
+const REACH: f64 = 100.0;
 
 fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
     let scenes = scenes_of(input, name);

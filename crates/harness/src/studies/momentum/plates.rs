@@ -106,14 +106,23 @@ fn drift(input: &Input) -> Option<Sheet> {
     dots(input, &scenes, |row| row.momentum_drift, axis)
 }
 
+/// A family whose curves all stay this near to 1 has no panel.
+const STEADY: f64 = 0.05;
+
 fn spin(input: &Input) -> Option<Sheet> {
     let scenes: Vec<_> =
         input.facts.scenes.iter().filter(|scene| scene.is_spinning_sheet()).collect();
     let rows = || scenes.iter().flat_map(|scene| rows_of(input, scene));
     let times: Vec<f64> = scenes.iter().flat_map(|scene| &scene.time_s).copied().collect();
     let values: Vec<f64> = rows().flat_map(|row| &row.spin).copied().chain([0.0]).collect();
-    let mut panels = Vec::new();
+    let (mut panels, mut steady) = (Vec::new(), Vec::new());
     for family in families(rows().map(identity)) {
+        let is_its = |row: &&Row| family.members.iter().any(|(label, _)| *label == row.label);
+        let mut spins = rows().filter(is_its).flat_map(|row| &row.spin);
+        if spins.all(|spin| libm::fabs(spin - 1.0) <= STEADY) {
+            steady.push(family.title.to_lowercase());
+            continue;
+        }
         for scene in &scenes {
             let stiffness = power(scene.stiffness_over_mass_per_s2);
             let mut panel = Panel::new(
@@ -134,7 +143,12 @@ fn spin(input: &Input) -> Option<Sheet> {
             panels.push(panel);
         }
     }
-    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+    let notes = if steady.is_empty() {
+        Vec::new()
+    } else {
+        vec![format!("Left out, as all curves stay within 5 % of 1: {}.", steady.join("; "))]
+    };
+    (!panels.is_empty()).then_some(Sheet { panels, notes })
 }
 
 /// The tables of the page.

@@ -56,8 +56,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Energy gained with explicit shear beside implicit tension",
         caption: "With IMEX Euler shear may be half as stiff as tension at any step; with updated \
             CG long steps fail at tiny ratios. Undamped sheet of 8 × 8 particles, k/m = 10⁶ s⁻²; \
-            greatest gain of energy over E_ref against k_s/k, a curve for each step. Gains outside \
-            10⁻⁶ to 10⁶ lie on the edges. Upright: the least bound of theory. Runs over budget are \
+            greatest gain of energy over E_ref against k_s/k, a curve for each step. Gains below \
+            10⁻⁶ and above 10⁶ are drawn there (≤, ≥). Upright: the least bound of theory. Runs over budget are \
             left out.",
         draw: Draw::Sheet(shear),
     },
@@ -186,7 +186,7 @@ fn shear(input: &Input) -> Option<Sheet> {
         let mut panel = Panel::new(
             vec![label.to_owned()],
             Axis::log("stiffness ratio k_s/k (dimensionless)", &ratios),
-            Axis::log("gain of energy over E_ref", &[LEAST_GAIN, MOST_GAIN]),
+            Axis::log("gain of energy over E_ref", &[LEAST_GAIN, MOST_GAIN]).clipped(),
         );
         let of: Vec<_> = scans.iter().filter(|scan| scan.label == label).collect();
         for scan in &of {

@@ -3,8 +3,8 @@
 use super::facts::{Beside, Facts, LEVELS, Row, Run, Scene};
 use super::words::{cheapest, frequent, id, runs, winner};
 use crate::families::looks;
-use crate::studies::tiles::told;
-use crate::studies::work_precision::plates::{FRONT, MODELLED, legend_of_kinds, tile};
+use crate::studies::tiles::{legend_of_winners, signs_of_winners, told};
+use crate::studies::work_precision::plates::{FRONT, MODELLED, tile, told_winner};
 use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -23,7 +23,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
                   explicit ones (blue), or the reverse. Each place names the method with the least \
             modelled time for an error of the trajectory; a row is a damping and an error, a \
-            column a stiffness over mass. Violet: methods of both kinds tie. \u{201c}noise\u{201d}: a \
+            column a stiffness over mass. White: methods tie, and two are named. \u{201c}noise\u{201d}: a \
             start that differs by 1 µm moves the end by more than half of that error. \
             Hanging sheet, T = 0.25 s.",
         draw: Draw::Matrix(map),
@@ -109,14 +109,10 @@ fn map(input: &Input) -> Option<Matrix> {
         }
     }
     let notes = vec![
-        "×2.5: the next method takes 2.5 times as long. +3: three other methods tie, below twice \
-         the time. d/m: damping over mass; ζ: damping ratio of the stiffest mode."
-            .to_owned(),
+        signs_of_winners("below twice the time"),
+        "d/m: damping over mass; ζ: damping ratio of the stiffest mode.".to_owned(),
     ];
-    let mut legend = legend_of_kinds();
-    if let Some((_, idle)) = legend.last_mut() {
-        "no run gets there, or noise".clone_into(idle);
-    }
+    let legend = legend_of_winners("no run gets there, or noise");
     (!rows.is_empty()).then(|| Matrix {
         columns: stiffnesses.iter().map(|k| quotient(*k)).collect(),
         rows,
@@ -164,7 +160,7 @@ fn front_of(input: &Input, scene: &Scene) -> Option<Series> {
     let mut points: Vec<_> =
         on_it.filter_map(|(_, run)| Some((run.modelled_s, run.error?))).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    curve("Pareto front of all methods", FRONT, points)
+    Some(curve("Pareto front of all methods", FRONT, points)?.behind())
 }
 
 /// The two dampings of the figure of fronts, and the stiffnesses from the second on.
@@ -316,20 +312,7 @@ fn cheapest_runs(input: &Input) -> Table {
         if !scene.ranks(level) {
             return "noise".to_owned();
         }
-        let winner = winner(&input.facts, scene, level);
-        let Some((winner, (label, time))) =
-            winner.and_then(|w| Some((w, w.label.as_ref().zip(w.modelled_s)?)))
-        else {
-            return absent();
-        };
-        let second = winner.runner_up.as_ref().zip(winner.ratio);
-        let ties = winner.tied.len();
-        let second = second.map_or_else(String::new, |(label, ratio)| match ties {
-            0 => format!("; next {label} × {}", significant(ratio, 2)),
-            1 => format!("; tie with {label}"),
-            _ => format!("; tie with {label} and {} more", ties - 1),
-        });
-        format!("{label}, {} ms{second}", significant(1e3 * time, 2))
+        told_winner(winner(&input.facts, scene, level))
     };
     let line = |scene: &Scene| {
         let places = LEVELS.map(|level| place(scene, level));

@@ -2,7 +2,7 @@
 
 use super::facts::{self, Facts, Row, Run, STIFFNESS, Scene, TimingRow, Winner};
 use crate::families::{families, looks};
-use crate::studies::tiles::told;
+use crate::studies::tiles::{self, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
 use drape_report::number::{median, percent, power, significant};
 use drape_report::page::{Table, absent, texts};
@@ -73,8 +73,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
                   explicit ones (blue), or the reverse. Each place names the method with the \
             least modelled time for an error; a row is a scene, a damping and an error, a column \
-            a stiffness over mass. Violet: methods of both kinds tie. Empty: not run, or no run \
-            within the budget gets there.",
+            a stiffness over mass. White: methods tie, and two are named. Empty: not run, or no \
+            run within the budget gets there.",
         draw: Draw::Matrix(map),
     },
 ];
@@ -153,7 +153,7 @@ fn front(input: &Input, scene: &Scene, cost: Cost) -> Option<Series> {
         best = best.min(*error);
         is_better
     });
-    curve("Pareto front of all methods", FRONT, all)
+    Some(curve("Pareto front of all methods", FRONT, all)?.behind())
 }
 
 /// Rows of the headline's methods with a look each.
@@ -195,9 +195,24 @@ fn quotient(scene: &Scene) -> String {
     format!("k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2))
 }
 
-fn sheet(drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
+/// Smaller errors are drawn as this: below, nobody asks for a cloth.
+const LEAST_SHOWN: f64 = 1e-6;
+
+fn sheet(mut drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
     let label = if cost == Cost::Seconds { "time of the run (s)" } else { MODELLED };
-    panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))
+    let mut is_cut = false;
+    for series in drafts.iter_mut().flat_map(|draft| &mut draft.1) {
+        let is_small = |point: &Point| point.y < LEAST_SHOWN;
+        if let Some(first) = series.points.iter().position(is_small) {
+            is_cut = true;
+            series.points[first].y = LEAST_SHOWN;
+            // Of what goes on along the edge, the first says enough.
+            series.points.retain(|point| !is_small(point));
+        }
+    }
+    let mut sheet = panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))?;
+    sheet.notes.extend(is_cut.then(|| "Errors below 10⁻⁶ are drawn as 10⁻⁶.".to_owned()));
+    Some(sheet)
 }
 
 /// The stiffest four of a series.
@@ -207,7 +222,7 @@ fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
     let title = |scene: &Scene| format!("{}, {} particles", quotient(scene), scene.particles);
     let mut sheet =
         sheet(last.iter().map(|scene| panel(input, scene, title(scene), cost)).collect(), cost)?;
-    sheet.notes = last.iter().filter_map(|scene| named_front(input, scene, cost)).collect();
+    sheet.notes.extend(last.iter().filter_map(|scene| named_front(input, scene, cost)));
     Some(sheet)
 }
 
@@ -274,36 +289,32 @@ fn size(input: &Input) -> Option<Sheet> {
     sheet(drafts, Cost::Modelled)
 }
 
-/// A place of a map: the winner's method with its margin, in the colour of its kind.
+/// A place of a map: the winner's method with its margin, in the colour of its kind, or a tie.
 pub(in crate::studies) fn tile(winner: Option<&Winner>) -> Tile {
     let Some((label, is_explicit, winner)) =
         winner.and_then(|winner| Some((winner.label.as_deref()?, winner.is_explicit?, winner)))
     else {
-        return Tile { shade: Shade::Idle, text: String::new(), is_marked: false };
+        return told(Shade::Idle, "");
     };
-    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
-    let shade = match is_explicit {
-        _ if is_tie => Shade::Still,
-        true => Shade::Open,
-        false => Shade::Fair,
-    };
-    let short = |label: &str| label.split(',').next().unwrap_or_default().to_owned();
-    let margin = winner.ratio.map_or_else(String::new, |ratio| match winner.tied.len() {
-        0 => format!(" ×{}", significant(ratio, 2)),
-        ties => format!(" +{ties}"),
-    });
-    Tile { shade, text: format!("{}{margin}", short(label)), is_marked: false }
+    let short = |label| -> &str { str::split(label, ',').next().unwrap_or_default() };
+    let ties: Vec<&str> = winner.tied.iter().map(|tied| short(&tied.label)).collect();
+    tiles::winner(short(label), is_explicit, &ties, winner.ratio)
 }
 
-/// What the colours of a map say.
-pub(in crate::studies) fn legend_of_kinds() -> Vec<(Tile, String)> {
-    let entries = [
-        (Shade::Open, "stiffness limits the step (explicit)"),
-        (Shade::Fair, "it does not (implicit)"),
-        (Shade::Still, "a tie of both kinds"),
-        (Shade::Idle, "not run, or not reached"),
-    ];
-    entries.map(|(shade, text)| (told(shade, ""), text.to_owned())).into()
+/// The form that takes the least time, with this time, and who ties with it or comes next.
+pub(in crate::studies) fn told_winner(winner: Option<&Winner>) -> String {
+    let told = winner.and_then(|winner| {
+        let (label, time) = winner.label.as_ref().zip(winner.modelled_s)?;
+        let behind = |label: &str, ratio: f64| format!("{label} × {}", significant(ratio, 2));
+        let second = winner.runner_up.as_ref().zip(winner.ratio);
+        let second = second.map_or_else(String::new, |(label, ratio)| match winner.tied.len() {
+            0 => format!("; next {}", behind(label, ratio)),
+            1 => format!("; tie with {}", behind(label, ratio)),
+            ties => format!("; tie with {} and {} more", behind(label, ratio), ties - 1),
+        });
+        Some(format!("{label}, {} ms{second}", significant(1e3 * time, 2)))
+    });
+    told.unwrap_or_else(absent)
 }
 
 fn map(input: &Input) -> Option<Matrix> {
@@ -325,7 +336,7 @@ fn map(input: &Input) -> Option<Matrix> {
                 vec![tile(winner)]
             };
             rows.push(Line {
-                label: format!("{name}, {damping} damping, {}", percent(level, 1)),
+                label: format!("{name}, {damping}, {}", percent(level, 1)),
                 is_first: n == 0,
                 tiles: stiffnesses.iter().map(winner).collect(),
             });
@@ -333,12 +344,10 @@ fn map(input: &Input) -> Option<Matrix> {
     }
     let columns =
         stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
-    let notes = vec![
-        "×2.5: the next method takes 2.5 times as long. +3: three other methods tie, below twice \
-         the time."
-            .to_owned(),
-    ];
-    (!rows.is_empty()).then_some(Matrix { columns, rows, legend: legend_of_kinds(), notes })
+    let notes =
+        vec![signs_of_winners("below twice the time"), "Rows: scene, damping, error.".to_owned()];
+    let legend = legend_of_winners("not run, or not reached");
+    (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
 }
 
 /// The quickest verified run for each error, by the clock.
@@ -425,19 +434,7 @@ fn cheapest(input: &Input) -> Table {
     let facts = &input.facts;
     let line = |scene: &Scene| {
         let place = |level: f64| {
-            let winner = facts.winners.iter().find(|w| w.scene == scene.id && w.level == level);
-            let Some((label, time)) = winner.and_then(|w| w.label.as_ref().zip(w.modelled_s))
-            else {
-                return absent();
-            };
-            let second = winner.and_then(|w| w.runner_up.as_ref().zip(w.ratio));
-            let ties = winner.map_or(0, |w| w.tied.len());
-            let second = second.map_or_else(String::new, |(label, ratio)| match ties {
-                0 => format!("; next {label} × {}", significant(ratio, 2)),
-                1 => format!("; tie with {label}"),
-                _ => format!("; tie with {label} and {} more", ties - 1),
-            });
-            format!("{label}, {} ms{second}", significant(1e3 * time, 2))
+            told_winner(facts.winners.iter().find(|w| w.scene == scene.id && w.level == level))
         };
         std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect()
     };
