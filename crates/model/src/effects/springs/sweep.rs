@@ -111,7 +111,7 @@ impl Law {
     }
 }
 
-/// The forces of one effect in the form that a sweep takes.
+/// The forces of one effect, in the form that a sweep takes.
 #[derive(Clone, Copy, Debug)]
 pub enum Pass<'a> {
     /// Springs along diagonals.
