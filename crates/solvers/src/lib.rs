@@ -71,7 +71,7 @@
 //! | `A` | [`ScalarMatrix`], [`BlockMatrix`] | the caller's | n×n scalars; n×n blocks of 3×3 |
 //! | `P ≈ A⁻¹` | [`Preconditioner`] | 1 / unit of `A` | 3n×3n, never formed |
 //! | `S` | [`Filter`], [`Constraints::project`] | – | 3×3 projector a particle |
-//! | `(I − S) z` | [`Constraints::prescribed`] | as `x` | one vector a particle |
+//! | `(I − S) z` | [`Constraints::prescribed`] | as `x` | one vector per particle |
 //! | `x`, `b` | `x`, `b` | `b` is `A` times `x` | n vectors |
 //! | `b̂ = S (b − A (I − S) z)` | [`Reference::FilteredRightHandSide`] | as `b` | n vectors |
 //! | `r = S (b − A x)` | [`PcgWorkspace::residual`] | as `b` | n vectors |

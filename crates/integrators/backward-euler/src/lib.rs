@@ -112,7 +112,7 @@
 //!   hardly resists, as along them. Multigrid does not have this disadvantage. Its weights come
 //!   from the same Laplacian, but its coarse matrices are made from the Hessian.
 //! * A factor in single precision saved 3 % of a step with `jacobian=saved,solver=cg`: arithmetic
-//!   bounds the sweeps, and the factorisation is done once a step.
+//!   bounds the sweeps, and the factorisation is done once per step.
 //! * A prototype of incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a
 //!   step; diagonal blocks needed 743, multigrid 27. It took 1.4 times as long as multigrid. Coarse
 //!   motions along the springs' directions, or with rotations, did not help.

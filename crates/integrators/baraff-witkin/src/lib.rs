@@ -1,5 +1,5 @@
 //! Baraff and Witkin's linearised implicit step (*Large Steps in Cloth Simulation*, SIGGRAPH 1998):
-//! backward Euler with one linear solve a step.
+//! backward Euler with one linear solve per step.
 //!
 //! builds-on: backward Euler → **Baraff-Witkin** → Desbrun → Kang → IMEX
 //!
@@ -78,7 +78,7 @@
 //! *The hanging sheet*, 20 × 20 particles of 1 g on 1 m², shear springs with a tenth of `k`, `c/m`
 //! = 40 /s (shear: 4), `h` = 0.01 s. Path of the middle of the free edge in the first second, m:
 //!
-//! | `k/m`, 1/s² | backward Euler | direct | CG, ε = 1e-3 | its iterations a step | raw, direct |
+//! | `k/m`, 1/s² | backward Euler | direct | CG, ε = 1e-3 | its iterations per step | raw, direct |
 //! |---|---|---|---|---|---|
 //! | 1e2 | 4.941 | 4.941 | 4.941 | 6 | 4.941 |
 //! | 1e4 | 3.206 | 3.209 | 3.209 | 10 | 3.208 |
@@ -126,8 +126,8 @@
 //!
 //! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs
 //! implicit. µs of processor time on one core of a shared Zen 4. Beside it stands a program on
-//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations a step because it starts
-//! from the last `Δv`; this one takes 9.8:
+//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations per step because it
+//! starts from the last `Δv`; this one takes 9.8:
 //!
 //! | particles | Eigen | here | ratio |
 //! |---|---|---|---|

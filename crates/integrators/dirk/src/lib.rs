@@ -44,7 +44,7 @@
 //! * **Conservation.** Momentum, to round-off with `solver=cholesky` and to the tolerance of the
 //!   solve with the default solver: the remaining residual is a momentum. Angular momentum is
 //!   conserved only to the order of the method.
-//! * **Contact.** Contacts are found once a step. Along its normals a particle in contact has the
+//! * **Contact.** Contacts are found once per step. Along its normals a particle in contact has the
 //!   same velocity in every stage, namely the one that leads `x_{n+1}` to the surface. Each stage
 //!   finds the impulses of contacts and friction anew, so `a_i` omits them. With them the
 //!   coefficients, some of which exceed 1, would reverse an impact. Constant sliding is exact.
@@ -85,14 +85,14 @@
 //! * `jacobian=saved` takes 27 factorisations for 30 steps at 1e6, 68 at 1e8, and 5 with heavy
 //!   damping (d/m = 1000/s at 1e6), where `solver=cholesky` takes 123, 185 and 120. The time is
 //!   half.
-//! * One CG solve a stage: 3.36e-4 for 26 CG iterations a step at 1e6, 0.01 s; 8.7e-5 for 14 at
+//! * One CG solve per stage: 3.36e-4 for 26 CG iterations per step at 1e6, 0.01 s; 8.7e-5 for 14 at
 //!   0.005 s. That is the error of full Newton at a seventh of its time.
 //! * [`safeguard=work`](drape_integrator::Safeguard) iterates again in a stage whose residual adds
 //!   energy. On the sheet of 20 × 20 particles in the docs of `drape-multistep`, over 5 s with one
-//!   step a frame, it needs 2.0 iterations a stage and gains nothing; one iteration a stage gains
+//!   step a frame, it needs 2.0 iterations per stage and gains nothing; one iteration a stage gains
 //!   260 J.
-//! * Over 2 s at h = 0.01 s, one CG solve a stage never raises the energy: not at k/m = 1e4, 1e6
-//!   and 1e8 with d/m = 40/s (120 CG iterations a step at 1e8), not at 1e6 without damping.
+//! * Over 2 s at h = 0.01 s, one CG solve per stage never raises the energy: not at k/m = 1e4, 1e6
+//!   and 1e8 with d/m = 40/s (120 CG iterations per step at 1e8), not at 1e6 without damping.
 //!   Undamped at h = 0.0025 s it rises by 2e-4 J once, of 4 J. Midpoint and generalized-α with one
 //!   solve gain energy without bound in two of these four cases.
 //!

@@ -71,7 +71,7 @@
 //! | `h` | `h` | s | |
 //! | `v̄` | `mean` | m/s | `n` × 3 |
 //! | `r`, the residual of (2) | `MeanVelocity::residual` | kg m/s | `n` × 3 |
-//! | `g`, `g'` | [`drape_model::LinearSplit::visit_discrete_gradients`] | N/m, N/m² | one a spring |
+//! | `g`, `g'` | [`drape_model::LinearSplit::visit_discrete_gradients`] | N/m, N/m² | per spring |
 //! | `A` | `MeanVelocity::assemble` | kg | `n` × `n` blocks |
 //!
 //! # Where it failed here, and what it cost

@@ -28,7 +28,7 @@
 //! ```
 //!
 //! Leapfrog kicks half before and half after the drift. It evaluates the conservative force `F`
-//! once a step, since the next step reuses it. Its damping is Crank–Nicolson's:
+//! once per step, since the next step reuses it. Its damping is Crank–Nicolson's:
 //!
 //! ```text
 //! v½      = v_n + h/2 M⁻¹ (F(x_n) − D(x_n) v_n)                                       (L1)
@@ -112,7 +112,7 @@
 //! * An undamped step costs 1.1 to 1.3 times a symplectic one. With damping, the solve dominates:
 //!   49 µs against 10 µs at 20 × 20. Sparse Cholesky is the default because its cost does not
 //!   depend on the damping. Jacobi-preconditioned conjugate gradients (measured to 1e-12) take 4 to
-//!   12 iterations a solve at `d/m` = 40, and a step costs 0.35 to 1.55 times as much. At `d/m` =
+//!   12 iterations per solve at `d/m` = 40, and a step costs 0.35 to 1.55 times as much. At `d/m` =
 //!   1e4 they take 15 to 150 iterations, and a step costs up to 19 times as much.
 //! * *Stability is not enough.* `v½` has only the explicit half of the damping. Rough initial
 //!   velocities or an impact therefore move positions by up to `h (η/2 − 1) v_n`: a net with random

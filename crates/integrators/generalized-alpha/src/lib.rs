@@ -85,9 +85,9 @@
 //! | ρ = 0 | 1.07e-3 | 7.29e-5 | 3.69e-3 | 2.31e-4 |
 //!
 //! A step takes as many Newton iterations as one of backward Euler, about three at 1e6. With one CG
-//! solve a step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations a step) and 2.6e-4 (0.005
-//! s), at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m =
-//! 40/s. It gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton
+//! solve per step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations per step) and 2.6e-4
+//! (0.005 s), at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m
+//! = 40/s. It gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton
 //! there, or [`safeguard=work`](drape_integrator::Safeguard). On the sheet of 20 × 20 particles in
 //! the docs of `drape-multistep`, over 5 s with one step a frame, that takes 2.4 Newton iterations
 //! and gains nothing; one iteration gains 990 J.

@@ -187,7 +187,7 @@
 //!
 //! *Locking of a sheet.* A sheet of 20 × 20 particles that falls from two corners, shear 0.1 k,
 //! `d/m` = 40 1/s, `h` = 0.01 s; path of the middle of the free edge within 1 s over its path with
-//! backward Euler, all springs implicit, and CG iterations a step:
+//! backward Euler, all springs implicit, and CG iterations per step:
 //!
 //! | `k/m` | 1e4 | 1e5 | 1e6 | 1e7 | 1e8 | CG at 1e6 |
 //! |---|---|---|---|---|---|---|

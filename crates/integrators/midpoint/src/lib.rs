@@ -59,7 +59,7 @@
 //! *The hanging sheet.* 400 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. The table shows
 //! the error of the positions relative to the path length, against a reference of order 8:
 //!
-//! | `k/m`, `h` | error | error of backward Euler | Newton iterations a step |
+//! | `k/m`, `h` | error | error of backward Euler | Newton iterations per step |
 //! |---|---|---|---|
 //! | 1e4, 0.01 s | 1.12e-4 | 2.79e-2 | 2 |
 //! | 1e6, 0.01 s | 6.90e-4 | 2.13e-2 | 2.9 |
@@ -68,13 +68,13 @@
 //!
 //! A step costs as much as one of backward Euler and is 30 to 250 times as accurate.
 //!
-//! *One linear solve a step* by conjugate gradients, the same sheet at k/m = 1e6: 6.48e-4 at 0.01 s
-//! for 19 CG iterations a step, 1.76e-4 at 0.005 s for 12. That is the error of full Newton at a
-//! ninth of its time. Over 2 s with d/m = 40/s the energy never rises at k/m = 1e4 and 1e6, but at
-//! 1e8 and h = 0.01 s it rises by 1e8 J: take full Newton, or TR-BDF2, there.
+//! *One linear solve per step* by conjugate gradients, the same sheet at k/m = 1e6: 6.48e-4 at
+//! 0.01 s for 19 CG iterations per step, 1.76e-4 at 0.005 s for 12. That is the error of full
+//! Newton at a ninth of its time. Over 2 s with d/m = 40/s the energy never rises at k/m = 1e4 and
+//! 1e6, but at 1e8 and h = 0.01 s it rises by 1e8 J: take full Newton, or TR-BDF2, there.
 //!
 //! *Undamped it fails.* At k/m = 1e6, h = 0.01 s the same sheet without damping gains 1.4e4 J in 2
-//! s from potential energy of 4 J, though every step is solved. With one CG solve a step it gains
+//! s from potential energy of 4 J, though every step is solved. With one CG solve per step it gains
 //! 2.5e4 J. Two undamped particles that turn at `h²κ = 100` keep their angular momentum to 1e-8,
 //! but the length of the spring rings: the energy is 0.14 % too large after 1 s.
 //!

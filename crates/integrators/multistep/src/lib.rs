@@ -108,7 +108,7 @@
 //! | BDF, projected damping | 0.96 | 2.02 | 2.98 |
 //!
 //! *The hanging sheet* of 20 × 20 particles, `d/m` = 40 1/s, for 1 s at `h` = 0.01 s (`√θ` from 1
-//! to 100). Path of the middle of its free edge, m, and Newton iterations a step of BDF:
+//! to 100). Path of the middle of its free edge, m, and Newton iterations per step of BDF:
 //!
 //! | `k/m`, 1/s² | 1 step | 2 steps | 3 steps |
 //! |---|---|---|---|
@@ -153,7 +153,7 @@
 //! highest climb above the lowest energy so far was 12 mJ at N = 20 (15 mJ at 50), that of full
 //! Newton 11 mJ. Two other rules failed in the same runs at N = 20: to iterate again while the
 //! residual had fallen by less than a factor of 5, or the potential by less than 0.9 of what the
-//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations a step: neither
+//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations per step: neither
 //! number tells which way the residual pushes. Where the settings also name a loose `residual`,
 //! steps that begin below it are not iterated at all.
 //!

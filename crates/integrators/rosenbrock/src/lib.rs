@@ -6,7 +6,7 @@
 //!
 //! An implicit Runge–Kutta method solves a nonlinear system in each stage. A *Rosenbrock method*
 //! takes one Newton step instead, and corrects the coefficients so that the order stays: a step is
-//! one factorisation and one linear solve a stage, without any iteration or stop test. Baraff and
+//! one factorisation and one linear solve per stage, without any iteration or stop test. Baraff and
 //! Witkin's step is the member of one stage and order 1.
 //!
 //! Take it to see how far one linearisation per step suffices. With damping and `h²k/m` up to 100,

@@ -7,7 +7,7 @@
 //!
 //! The force of a spring is *exactly* a matrix times the positions, `f = −K(x) x`, if the matrix
 //! may depend on the positions. The method takes the matrix at the old level and the positions at
-//! the new one: one linear system a step, with one scalar matrix for three coordinates. Take it
+//! the new one: one linear system per step, with one scalar matrix for three coordinates. Take it
 //! where rest lengths are 0; elsewhere it is of historical interest.
 //!
 //! # The mathematics

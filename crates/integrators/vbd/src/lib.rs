@@ -31,7 +31,7 @@
 //!   measured tension `T'` and `T/L` take the places of `k` and `k (1 − ℓ/L)`. Without the clamp a
 //!   block is indefinite in compression. Angles and hinges add the projected blocks of
 //!   [`drape_model::Stencils`]. `D` holds full damping, projected damping and the drag of the air,
-//!   with directions and coefficients at level `n`; it is assembled once a step. Gravity is
+//!   with directions and coefficients at level `n`; it is assembled once per step. Gravity is
 //!   explicit.
 //! * **Colours.** Each particle takes the least colour that no neighbour before it has. A grid with
 //!   diagonals needs four. Particles of one colour do not feel each other, so results have the same

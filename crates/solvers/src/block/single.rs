@@ -66,7 +66,7 @@ impl SinglePcg {
 
     /// Solves `A x = b` from zero until `‖b − A x‖` is `settings.forcing_term` times `‖b‖`, but not
     /// below 1e-5 times. `diagonal` holds the inverse diagonal blocks of `a`. The norm is always
-    /// Euclid's; the setting is ignored. The scales of `a` and `b` do not matter.
+    /// Euclid's, so `settings.norm` is ignored. The scales of `a` and `b` do not matter.
     ///
     /// If single precision is not sufficient, the solve ends with [`SolveStatus::IterationLimit`].
     /// It ends with [`SolveStatus::Indefinite`] if the matrix is not positive definite, or if

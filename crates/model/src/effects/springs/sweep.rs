@@ -233,7 +233,7 @@ impl Window {
     }
 }
 
-/// The sums of a group, one array a coordinate.
+/// The sums of a group, one array per coordinate.
 #[repr(align(64))]
 pub(super) struct Sums(pub(super) [[f64; GROUP]; 3]);
 
