@@ -1,6 +1,7 @@
 //! Records the commit that the program is built from, for the provenance of results.
 //!
-//! It stands in this crate because the last crate to be built is rebuilt after each commit anyway.
+//! It belongs to this crate because the crate that is built last is rebuilt after each commit
+//! anyway.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,12 +1,12 @@
-//! The command with methods of the user.
+//! The command with methods that a user adds.
 
 use crate::cli;
 use drape_harness::{methods, studies::Allocated};
 use drape_integrator::Registration;
 use std::process::ExitCode;
 
-/// The `drape` command with methods of your own: a binary of a few lines that has every subcommand
-/// and every study, with your methods in them.
+/// The `drape` command with your own methods: a binary of a few lines that has every subcommand and
+/// every study, and includes your methods.
 ///
 /// ```no_run
 /// use drape::integrator::*;
@@ -64,9 +64,9 @@ use std::process::ExitCode;
 /// }
 /// ```
 ///
-/// [`examples::write_a_method`](crate::examples::write_a_method) is a whole one. A study runs an
-/// added method at its defaults, after all others; `--methods MY-METHOD` runs no other. Its results
-/// go into `results-own` by default. Figures show it among the "Other methods".
+/// [`examples::write_a_method`](crate::examples::write_a_method) is a complete example. A study
+/// runs an added method at its defaults, after all others. `--methods MY-METHOD` runs only that
+/// method. Its results go into `results-own` by default. Figures show it among the "Other methods".
 #[derive(Debug, Default)]
 #[must_use]
 pub struct Drape {
@@ -75,25 +75,25 @@ pub struct Drape {
 }
 
 impl Drape {
-    /// The command as it is.
+    /// The command without additional methods.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a method. Its id must be new; [`main`](Self::main) refuses any other.
+    /// Adds a method. Its id must be new; [`main`](Self::main) refuses an id that exists.
     pub fn with(mut self, method: Registration) -> Self {
         self.methods.push(method);
         self
     }
 
-    /// Lets studies of memory ask how many bytes the process holds. Only a program that counts them
-    /// in its allocator can tell.
+    /// Lets studies of memory ask how many bytes the process holds. This requires a program that
+    /// counts them in its allocator.
     pub fn counting(mut self, allocated: Allocated) -> Self {
         self.allocated = Some(allocated);
         self
     }
 
-    /// Reads the command line, does what it asks for and tells the exit code.
+    /// Reads the command line, runs the command and returns the exit code.
     pub fn main(self) -> ExitCode {
         if let Some(allocated) = self.allocated {
             cli::count_with(allocated);

@@ -37,7 +37,7 @@
 //! | doubt the comparison | [`guide::methodology`] |
 //! | know how fast it is | [`guide::speed`] |
 //!
-//! # The rooms
+//! # The crates
 //!
 //! | crate | what it holds |
 //! |---|---|
@@ -65,7 +65,7 @@ pub use drape_harness::{compare, methods};
 pub use drape_integrator as integrator;
 pub use drape_model as model;
 
-/// Pages for readers: where things are, how to choose, how to write a scene.
+/// Pages for readers: where things are, how to choose a method, how to write a scene, and more.
 pub mod guide {
     #[doc = include_str!("../docs/places.md")]
     pub mod places {}
@@ -101,7 +101,7 @@ pub mod guide {
     pub mod speed {}
 }
 
-/// Four programs that use this library; `cargo run --example NAME` runs one.
+/// Four programs that use this library. `cargo run --example NAME` runs one of them.
 pub mod examples {
     /// A sheet hangs by two corners.
     ///
@@ -110,14 +110,14 @@ pub mod examples {
     /// ```
     pub mod hang_a_sheet {}
 
-    /// A time integrator of your own.
+    /// Your own time integrator.
     ///
     /// ```rust,ignore
     #[doc = include_str!("../examples/write_a_method.rs")]
     /// ```
     pub mod write_a_method {}
 
-    /// A force of your own.
+    /// Your own force.
     ///
     /// ```rust,ignore
     #[doc = include_str!("../examples/write_an_effect.rs")]

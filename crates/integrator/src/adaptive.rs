@@ -18,15 +18,16 @@ const FIRST_SHARE: f64 = 0.25;
 /// A method under step size control. A call of [`step`](Integrator::step) advances by exactly the
 /// given time, in substeps whose local errors stay below the tolerance.
 ///
-/// * **Landing.** The rest of the call is divided into equal substeps not longer than the
-///   controller allows, so that the last one lands on its end and is not tiny. The step size is
-///   carried over to the next call.
-/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the same
-///   bits as before. A substep whose solver does not converge is rejected, too.
-/// * **Events.** Particles that met an obstacle have no error in that substep and no past
-///   afterwards. After a change of stiffness, damping, masses or pins no particle has a past.
-/// * **Limit.** When a substep below 1e-9 of the call, or the ten-thousandth attempt, fails, the
-///   rest is taken in one step, and the report says that the call did not converge.
+/// * * **Landing.** The rest of the call is divided into equal substeps that are not longer than
+///   the controller allows. So the last substep ends exactly at the end of the call and is not
+///   tiny. The step size is carried over to the next call.
+/// * * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the
+///   same bits as before the substep. A substep whose solver does not converge is also rejected.
+/// * * **Events.** Particles that met an obstacle have no error in that substep and no past
+///   afterwards. After a change of stiffness, damping, masses or pins all particles lose their
+///   past.
+/// * * **Limit.** If a substep shorter than 1e-9 of the call fails, or the ten-thousandth attempt
+///   fails, the rest is taken in one step. The report then says that the call did not converge.
 #[derive(Debug)]
 pub struct Adaptive<S: Rewind> {
     method: Stepper<S>,
@@ -121,7 +122,8 @@ impl<S: Rewind> Stepper<S> {
 }
 
 impl<S: Rewind> Adaptive<S> {
-    /// A method with the tolerance of the local error of positions in a substep, in mesh widths.
+    /// A method under control. `tolerance` bounds the local error of positions in a substep, in
+    /// mesh widths.
     pub fn new(method: Stepper<S>, tolerance: f64) -> Self {
         Self { method, tolerance, scratch: Scratch::default() }
     }

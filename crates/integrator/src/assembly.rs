@@ -23,18 +23,19 @@ pub struct Linearisation<'a> {
     /// Positions at which `K` is taken, m.
     pub x: &'a [Vec3],
     /// Level of the directions and coefficients of damping. Only effects that
-    /// [drag](Effect::is_drag) read its velocities.
+    /// [drag](Effect::is_drag) read the velocities.
     pub lagged: Level<'a>,
-    /// Form of `K`.
+    /// Which second derivative of the energy `K` is.
     pub tangent: Tangent,
 }
 
 impl Linearisation<'_> {
-    /// `matrix ← M + τ² K + τ D`, kg, and on request the product `out ← K w`, N for `w` in m. The
-    /// matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of this system.
+    /// Writes `M + τ² K + τ D`, kg, to `matrix` and, on request, the product `K w` to `out`, N for
+    /// `w` in m. The matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of
+    /// this system.
     ///
-    /// Bands and pairs are filled in one sweep over the springs, with the same bits as block by
-    /// block.
+    /// Bands and pairs are filled in one sweep over the springs. The bits are the same as if the
+    /// blocks were added one by one.
     #[doc(alias = "EEH section 2.3")]
     pub fn assemble(
         &self,
@@ -45,7 +46,8 @@ impl Linearisation<'_> {
         self.assemble_scaled((self.tau * self.tau, self.tau), system, matrix, product);
     }
 
-    /// As [`assemble`](Self::assemble) with any factors: `matrix ← M + s K + d D`, whatever `τ` is.
+    /// As [`assemble`](Self::assemble), with any factors `s` and `d`: `matrix ← M + s K + d D`. It
+    /// ignores `τ`.
     pub fn assemble_scaled(
         &self,
         (stiffness_scale, damping_scale): (f64, f64),
@@ -82,14 +84,14 @@ impl Linearisation<'_> {
 }
 
 impl Implicit {
-    /// A zero matrix for the blocks that the implicit effects couple, in the layout that suits the
-    /// mesh.
+    /// A zero matrix with a block for each pair of particles that the implicit effects couple. Its
+    /// layout suits the mesh.
     pub fn block_matrix(self, system: &System) -> BlockMatrix {
         self.block_matrix_in(&system.coupling(self.effects(system)), system)
     }
 
-    /// As [`block_matrix`](Self::block_matrix) in compressed rows, which factorisations, multigrid
-    /// and contacts need.
+    /// As [`block_matrix`](Self::block_matrix), but in compressed rows, as factorisations,
+    /// multigrid and contacts require.
     pub fn block_rows(self, system: &System) -> BlockMatrix {
         self.block_matrix_in(&Coupling::Rows, system)
     }
@@ -102,8 +104,8 @@ impl Implicit {
         BlockMatrix::new(system.len(), coupling, pairs)
     }
 
-    /// `out ← K w` at `x` in one sweep over the springs, without a matrix; N for `w` in m. It
-    /// multiplies differences of `w`, so a translation gives exactly 0.
+    /// Writes `K w` at `x` to `out`, N for `w` in m, in one sweep over the springs and without a
+    /// matrix. It multiplies differences of `w`, so a translation gives exactly 0.
     pub fn multiply_stiffness(
         self,
         system: &System,

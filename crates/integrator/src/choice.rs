@@ -1,8 +1,9 @@
 //! The choice of a solver behind `solver=auto` and `preconditioner=auto`.
 //!
 //! The choice depends on the matrix alone and not on a clock, so that a run can be repeated. It
-//! compares estimated times of a solve for three right-hand sides, in nanoseconds a row. The costs
-//! were measured on one core of a Zen 4 processor on meshes of 400 to 10 000 particles:
+//! compares the estimated times of a solve for three right-hand sides, in nanoseconds per row. The
+//! costs in the table were measured on one core of a Zen 4 processor, on meshes of 400 to 10 000
+//! particles:
 //!
 //! | | start and end | an iteration | iterations |
 //! |---|---|---|---|
@@ -12,23 +13,23 @@
 //! | kept Cholesky factor | 1 | 0.9 an entry of the factor | 1 |
 //!
 //! `κ = 2 max aᵢᵢ/mᵢ` bounds the condition of the matrix scaled by its diagonal. The mass `mᵢ` is
-//! the sum of row `i`. Measured on hanging sheets with a start value extrapolated from the last
-//! steps and `ε` = 1e-3:
+//! the sum of row `i`. The next table was measured on hanging sheets, with a start value
+//! extrapolated from the last steps and `ε` = 1e-3:
 //!
 //! | `√κ` | iterations with Jacobi | with IC(0) |
 //! |---|---|---|
 //! | 3.6 | 3.4 | 1.4 |
 //! | 28 | 30 to 40 | 8.4 to 11 |
 //!
-//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries a row a
-//! factor has about `3 log₂ n − 19` entries a row, at least 9, and more where the rows have more.
-//! Measured: 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
+//! Other tolerances scale the iterations by `ln ε / ln 1e-3`. On a mesh with 5 entries per row, a
+//! factor has about `3 log₂ n − 19` entries per row, and at least 9. It has more where the rows of
+//! the matrix have more. Measured: 9.2 at `n` = 400, 14.7 at 2704, 20.6 at 10 000, 28 at 100 000.
 //!
-//! A factor is not chosen in three cases, in which `solver=cholesky` may still ask for it:
+//! A factor is not chosen in three cases; `solver=cholesky` may still request it:
 //!
-//! * above 60 000 rows, where its order of elimination alone takes half a second;
+//! * * above 60 000 rows, where the elimination order alone takes half a second;
 //! * where the matrix is rebuilt in each step, since making a factor costs 20 solves;
-//! * where there are obstacles, since a factor knows pins alone.
+//! * * with obstacles, because the factor takes account of pins only.
 
 use crate::{LinearSettings, PreconditionerKind, SolverKind};
 use drape_model::System;

@@ -17,7 +17,7 @@ pub enum Phase {
     Update,
 }
 
-/// Accumulates wall time by phase. Switched off, it costs one branch a phase.
+/// Accumulates wall time by phase. If it is switched off, it costs one branch per phase.
 #[derive(Clone, Debug, Default)]
 pub struct PhaseClock {
     running: Option<(Phase, Instant)>,
@@ -45,7 +45,7 @@ impl PhaseClock {
         }
     }
 
-    /// Ends the running phase.
+    /// Ends the running phase; no other begins.
     #[inline]
     pub fn stop(&mut self) {
         if let Some((phase, since)) = self.running.take() {

@@ -4,17 +4,17 @@ use crate::random::Lcg;
 use crate::{Word, settings};
 use drape_model::{Effect, System, Vec3};
 
-/// In which order the springs are visited.
+/// Order in which the springs are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SweepOrder {
     /// As the system lists them.
     Forward,
     /// From last to first.
     Backward,
-    /// Forward and backward in turn. Each call begins forward, so with one sweep a call it is
-    /// [`Forward`](Self::Forward).
+    /// Forward and backward in turn. Each call begins forward, so with one sweep per call this
+    /// equals [`Forward`](Self::Forward).
     Alternating,
-    /// In one random order, the same in each sweep and each run.
+    /// In one random order, which is the same in each sweep and each run.
     Shuffled,
 }
 
@@ -51,11 +51,12 @@ struct Link {
 /// other (Provot 1995, section 5).
 ///
 /// Both ends move along the spring, by `w_i/(w_i + w_j)` and `w_j/(w_i + w_j)` of the excess with
-/// `w = 1/m`, so the centre of mass stays. A pinned end does not move, and the other end goes the
-/// whole way. A spring of rest length 0 has no elongation and no limit.
+/// `w = 1/m`, so the centre of mass stays. A pinned end does not move; the other end then moves by
+/// the whole excess. Springs of rest length 0 are skipped.
 ///
-/// Shortening one spring stretches its neighbours: the result depends on the order, and for small
-/// limits no number of sweeps may suffice. No differential equation stands behind the correction.
+/// Shortening one spring stretches its neighbours. The result therefore depends on the order, and
+/// for small limits no number of sweeps may suffice. The correction does not solve a differential
+/// equation.
 #[derive(Clone, Debug)]
 pub struct ElongationLimit {
     links: Vec<Link>,
@@ -66,7 +67,8 @@ pub struct ElongationLimit {
 }
 
 impl ElongationLimit {
-    /// Reads the springs and rest lengths of `system`. Each call reads masses and pins anew.
+    /// Reads the springs and rest lengths of `system`. Masses and pins are read again in each call
+    /// of [`correct`](Self::correct).
     pub fn new(system: &System, settings: ElongationSettings) -> Self {
         let ElongationSettings { limit, sweeps, order } = settings;
         let mut links = Vec::new();
@@ -84,8 +86,9 @@ impl ElongationLimit {
         Self { links, order, sweeps, uncorrected: vec![Vec3::zeros(); system.len()] }
     }
 
-    /// Corrects the positions at the end of a step of `h` seconds. Velocities, if given, follow by
-    /// `v = (x_{n+1} − x_n)/h`. Returns the largest distance that a particle moved, m.
+    /// Corrects the positions at the end of a step of `h` seconds. If velocities are given, each
+    /// changes by its particle's correction over `h`, so that `v = (x_{n+1} − x_n)/h` still holds.
+    /// Returns the largest distance that a particle moved, m.
     pub fn correct(
         &mut self,
         system: &System,

@@ -5,29 +5,29 @@ use drape_solvers::SolverError;
 /// Why a system cannot be prepared for a method.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
-    /// The method does not support something that the scene names.
+    /// The method does not support an effect or a constraint that the scene names.
     #[error("`{key}`: {method} does not support {what}; leave it out or choose another method")]
     Unsupported {
         /// Method id.
         method: &'static str,
-        /// The effect or constraint.
+        /// The unsupported effect or constraint.
         what: String,
-        /// Path of the key that names it in a scene.
+        /// Path of the key in the scene that names it.
         key: String,
     },
-    /// An operator would need more memory than the limit; nothing was allocated for it.
+    /// An operator would need more memory than the limit. Nothing was allocated for it.
     #[error(
         "the dense inverse and its work space would take {bytes} bytes, the limit is {limit}; set \
          `memory_limit_mib` to {} or more, take fewer particles or `inverse=cholesky`",
         .bytes.div_ceil(1 << 20)
     )]
     TooLarge {
-        /// Memory that it would take.
+        /// Memory that the operator would take, bytes.
         bytes: u64,
-        /// Memory that it may take.
+        /// Memory that the operator may take, bytes.
         limit: u64,
     },
-    /// Something outside this process that takes the steps failed, such as a program of the user.
+    /// An external program that takes the steps failed, such as a program of the user.
     #[error("{0}")]
     Outside(String),
     /// An operator could not be built.
@@ -44,10 +44,10 @@ impl From<SolverError> for PrepareError {
     }
 }
 
-/// Why a step was not taken. The state is as it was.
+/// Why a step was not taken. The state is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum StepError {
-    /// The system was never prepared, or its sparsity pattern changed since.
+    /// The system was never prepared, or its sparsity pattern has changed since it was.
     #[error("the system is new or its topology changed: call `prepare` first")]
     NeedsPrepare,
     /// The state has another number of particles than the system.
@@ -58,18 +58,18 @@ pub enum StepError {
         /// Particles of the state.
         found: usize,
     },
-    /// The step would be divided into more substeps than a run can take.
+    /// The step would need more substeps than a step may have.
     #[error(
         "the step needs {needed} substeps, and at most {most} are taken; shorten the step, lower \
          the stiffness or take an implicit method"
     )]
     TooManySubsteps {
-        /// Substeps within the stability limit.
+        /// Number of substeps that the stability limit requires.
         needed: u32,
-        /// Substeps that a step may have.
+        /// Largest number of substeps of a step.
         most: u32,
     },
-    /// Something outside this process that takes the steps failed, such as a program of the user.
+    /// An external program that takes the steps failed, such as a program of the user.
     #[error("{0}")]
     Outside(String),
     /// An operator could not be rebuilt after a change.

@@ -1,16 +1,16 @@
-//! A kick with damping, without a solve.
+//! A kick with damping that needs no solve.
 
 use crate::{StepReport, kick};
 use drape_model::{Level, Part, State, System, Vec3};
 use drape_solvers::Constraints;
 
-/// Whether anything in the system dissipates.
+/// Whether any effect of the system dissipates.
 pub fn is_damped(system: &System) -> bool {
     system.effects().any(|effect| effect.has_damping())
 }
 
-/// Writes the damping force of all effects at one level, N, to `out`: `−D(x) v` for springs. It
-/// counts as a product.
+/// Writes the damping force of all effects at one level, N, to `out`: `−D(x) v` for springs.
+/// `report` counts it as one product with a matrix.
 pub fn write_damping_force(
     system: &System,
     at: Level<'_>,
@@ -28,9 +28,9 @@ pub fn write_damping_force(
 /// g₁ = F − D v      g₂ = F − D (v + τ M⁻¹ g₁)      v ← v + τ M⁻¹ ½ (g₁ + g₂)
 /// ```
 ///
-/// Where the damping is linear in `v` these are the first terms of the exact kick's series,
-/// `e^{−y} ≈ 1 − y + ½y²`, `y = τδ`: at least ½, so that no velocity is reversed, and stable for
-/// `y < 2`.
+/// If the damping is linear in `v`, these are the first terms of the series of the exact kick:
+/// `e^{−y} ≈ 1 − y + ½y²`, `y = τδ`. Their sum is at least ½, so no velocity is reversed. The kick
+/// is stable for `y < 2`.
 #[derive(Debug)]
 pub struct ExplicitKick {
     /// `½ (g₁ + g₂) − F` of the last kick, N; `n` × 3.
@@ -47,7 +47,7 @@ impl ExplicitKick {
     }
 
     /// Kicks `state.v` by the force `F`, N, and the damping at the state over `tau` seconds. The
-    /// prediction obeys `pins`; the result does not.
+    /// inner prediction obeys `pins`; the result does not.
     pub fn kick(
         &mut self,
         system: &System,

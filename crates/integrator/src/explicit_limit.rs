@@ -13,51 +13,55 @@ const SETTLED: (usize, f64) = (10, 1e-6);
 /// velocity or 1 m/s.
 const DIFFERENCE: f64 = 1e-6;
 
-/// The numbers that limit the step of explicit forces at one state. Stiffnesses of angles, areas
-/// and speeds change with the motion.
+/// The numbers that limit the step of explicit forces at one state. They change with the motion, as
+/// stiffnesses of angles, areas and speeds do.
 ///
 /// An implicit-explicit method has the Laplacian `L` of its springs in the matrix, whatever their
-/// directions. At the old level stand the whole force of these springs, with the stiffness `K_S`,
-/// and the explicit effects, with `K_E`. With `θ = h² λ`, a mode of all three obeys
+/// directions. Two forces are taken at the old level: the whole force of these springs, with the
+/// stiffness `K_S`, and the explicit effects, with the stiffness `K_E`. With `θ = h² λ`, a mode of
+/// all three obeys
 ///
 /// ```text
 /// (1 + θ_L) z² − (2 + θ_L − θ_S − θ_E) z + 1 = 0
 /// ```
 ///
-/// and is stable for `θ_E < 4 + 2 θ_L − θ_S`. Along springs `θ_S = θ_L` and the limit is `4 + θ_L`;
-/// across springs at rest, where sheets bend, it is `4 + 2 θ_L`. The largest eigenvalue of
-/// `M⁻¹(K_E + K_S − 2 L)` belongs to the mode that sets the limit.
+/// and is stable for `θ_E < 4 + 2 θ_L − θ_S`. Along springs `θ_S = θ_L`, and the limit is
+/// `4 + θ_L`. Across springs at rest, where sheets bend, the limit is `4 + 2 θ_L`. The largest
+/// eigenvalue of `M⁻¹(K_E + K_S − 2 L)` belongs to the mode that sets the limit.
 ///
-/// An explicit drag with the Jacobian `−D` is stable for `h λ_max(M⁻¹ D) < 2`. Where the force goes
-/// with the square of the speed `u`, its slope `2 c u` counts and not its coefficient `c u`: a
-/// steady flow is stable for `h c u/m < 1`, although a decaying one may begin at twice that.
+/// An explicit drag with the Jacobian `−D` is stable for `h λ_max(M⁻¹ D) < 2`. If the force grows
+/// with the square of the speed `u`, its slope `2 c u` counts and not its coefficient `c u`. A
+/// steady flow is then stable for `h c u/m < 1`, although a decaying flow may start at twice that
+/// value.
 ///
 /// All three numbers are Rayleigh quotients at the end of a power iteration, which approaches the
-/// largest eigenvalue from below. The true limits may be somewhat shorter, and much stiffer parts
-/// of the sheet may hide a mode. A method other than symplectic and IMEX Euler, or damping beside
-/// the stiffness, may have a shorter limit still.
+/// largest eigenvalue from below. So the true limits may be somewhat shorter, and much stiffer
+/// parts of the sheet may hide a mode. The limit may be shorter still for methods other than
+/// symplectic and IMEX Euler, or with damping beside the stiffness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExplicitNumbers {
     /// `λ_E`: the stiffness of the explicit effects over the mass, in the mode that sets the limit,
     /// 1/s².
     pub explicit_stiffness: f64,
-    /// `λ_I = 2 λ_L − λ_S`: how far the springs in the matrix counteract it in the same mode, 1/s².
+    /// `λ_I = 2 λ_L − λ_S`: how much the springs in the matrix counteract `λ_E` in the same mode,
+    /// 1/s².
     pub implicit_stiffness: f64,
     /// The largest eigenvalue of `M⁻¹ D`, 1/s; 0 without explicit drag.
     pub drag: f64,
 }
 
 impl ExplicitNumbers {
-    /// The numbers of a state. It allocates, so call it a few times a run.
+    /// Computes the numbers at a state. `is_explicit` selects the explicit effects. It allocates,
+    /// so call it only a few times per run.
     pub fn new(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> Self {
         let (explicit_stiffness, implicit_stiffness) = stiffnesses(system, state, is_explicit);
         let drag = drag(system, state, is_explicit);
         Self { explicit_stiffness, implicit_stiffness, drag }
     }
 
-    /// Whether explicit springs allow a step of `h` seconds at all positions, by the bound
-    /// `2 Σ k/m` of their eigenvalues, and nothing else is explicit. Then [`new`](Self::new) is not
-    /// needed.
+    /// Whether the bound `2 Σ k/m` of the eigenvalues of explicit springs allows a step of `h`
+    /// seconds at all positions. It returns `false` if an explicit effect drags, or has a Jacobian
+    /// but no linear split. If it returns `true`, [`new`](Self::new) is not needed.
     pub fn surely_allow(
         system: &System,
         is_explicit: &dyn Fn(&dyn Effect) -> bool,
@@ -68,14 +72,14 @@ impl ExplicitNumbers {
             && h * h * Laplacian::of(system, is_explicit).bound(system) < 4.0
     }
 
-    /// Longest step that the stiffness allows, `2/√(λ_E − λ_I)`, s; infinite where `λ_I` outweighs
-    /// `λ_E`.
+    /// Longest step that the stiffness allows, `2/√(λ_E − λ_I)`, s; infinite if `λ_I` is not
+    /// smaller than `λ_E`.
     pub fn stiffness_limit(&self) -> f64 {
         let excess = self.explicit_stiffness - self.implicit_stiffness;
         if excess > 0.0 { 2.0 / excess.sqrt() } else { f64::INFINITY }
     }
 
-    /// Longest step that the drag allows, s; infinite without one.
+    /// Longest step that the drag allows, s; infinite without drag.
     pub fn drag_limit(&self) -> f64 {
         if self.drag > 0.0 { 2.0 / self.drag } else { f64::INFINITY }
     }

@@ -1,4 +1,5 @@
-//! How tightly an inner linear solve has to be while the outer iteration is far from its goal.
+//! Forcing terms: the tolerance of an inner linear solve, given how far the outer iteration is from
+//! its goal.
 
 use crate::{Declared, Word, declare};
 
@@ -7,12 +8,12 @@ use crate::{Declared, Word, declare};
 pub enum ForcingRule {
     /// The same term in every iteration.
     Constant(f64),
-    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: loose while the residual
-    /// falls slowly, tight once it falls fast.
+    /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: large while the residual
+    /// falls slowly, small once it falls fast.
     EisenstatWalker,
 }
 
-/// The rule without its number, as the setting `forcing` names it.
+/// The kind of a forcing rule, without its constant. The setting `forcing` names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForcingKind {
     /// [`ForcingRule::Constant`].
@@ -27,19 +28,20 @@ impl Word for ForcingKind {
 }
 
 impl ForcingRule {
-    /// Setting `forcing`.
+    /// The setting `forcing`.
     pub const FORCING: Declared<ForcingKind> = declare!(
         forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
         "how tightly the inner CG solves: always alike, or by the progress of the outer iteration \
          (Eisenstat and Walker, choice 2)"
     );
-    /// Setting `cg_tolerance`.
+    /// The setting `cg_tolerance`.
     pub const CG_TOLERANCE: Declared<f64> = declare!(
         cg_tolerance: f64 in 1e-12..=0.5 = 0.1,
         "relative tolerance of Newton's inner CG with forcing=constant"
     );
 
-    /// The rule of this kind; `term` is its constant, if it has one.
+    /// The rule of this kind. `term` is the constant of [`ForcingRule::Constant`]; the other kind
+    /// ignores it.
     pub fn new(kind: ForcingKind, term: f64) -> Self {
         match kind {
             ForcingKind::Constant => Self::Constant(term),
@@ -78,7 +80,7 @@ pub struct Forcing {
 }
 
 impl Forcing {
-    /// Begins an outer iteration.
+    /// Starts an outer iteration.
     pub fn new(rule: ForcingRule) -> Self {
         Self::at_most(rule, GREATEST)
     }
@@ -89,7 +91,8 @@ impl Forcing {
         Self { rule, greatest, last: None }
     }
 
-    /// The term for a residual of this norm; the outer iteration ends at `goal`, in the same unit.
+    /// The forcing term for a residual of norm `norm`. The outer iteration ends at the norm `goal`,
+    /// in the same unit.
     #[doc(alias = "Eisenstat-Walker")]
     pub fn next(&mut self, norm: f64, goal: f64) -> f64 {
         let term = match (self.rule, self.last) {

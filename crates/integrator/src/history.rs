@@ -10,10 +10,10 @@ struct Entry<const FIELDS: usize> {
 }
 
 /// The last levels of a multistep method, newest first. A level has `FIELDS` block vectors (say
-/// positions and velocities), and the step that led away from it.
+/// positions and velocities), and the length of the step that led away from it.
 ///
-/// The present level, from which the next step starts, is not among them: the caller pushes it when
-/// it takes the step.
+/// The present level, from which the next step starts, is not stored. The caller pushes it when it
+/// takes the step.
 ///
 /// ```
 /// use drape_integrator::History;
@@ -56,9 +56,9 @@ impl<const FIELDS: usize> History<FIELDS> {
         self.len = 0;
     }
 
-    /// Forgets all levels that a step of `h` seconds cannot build on. The past ends where any part
-    /// of the system changed since the last call: velocities have a kink there, accelerations a
-    /// jump. It also ends where the step size changed by a ratio outside of `ratios`.
+    /// Forgets all levels that a step of `h` seconds cannot use. The past ends if any part of the
+    /// system has changed since the last call, because velocities then have a kink and
+    /// accelerations a jump. It also ends if the ratio of step sizes lies outside of `ratios`.
     pub fn refresh(&mut self, system: &System, h: f64, ratios: RangeInclusive<f64>) {
         let revisions = Some(system.revisions());
         let changed = std::mem::replace(&mut self.revisions, revisions) != revisions;
@@ -77,30 +77,30 @@ impl<const FIELDS: usize> History<FIELDS> {
         self.len == 0
     }
 
-    /// A field of a level; `age` 0 is the newest.
+    /// A field of a level; `age` 0 is the newest level.
     ///
     /// # Panics
-    /// When there is no such level or field.
+    /// If there is no such level or field.
     pub fn field(&self, age: usize, field: usize) -> &[Vec3] {
         &self.levels[..self.len][age].fields[field]
     }
 
-    /// The step that led from a level to the one after it, s.
+    /// The length of the step that led from a level to the next one, s.
     ///
     /// # Panics
-    /// When there is no such level.
+    /// If there is no such level.
     pub fn step(&self, age: usize) -> f64 {
         self.levels[..self.len][age].step
     }
 
     /// Weighted mean `Σ_j w_j y_j` of a field over the last levels, oldest first. The last weight
-    /// is that of `present`. The weights sum to 1; those of unknown levels do not count.
+    /// belongs to `present`. The weights sum to 1; weights of unknown levels are ignored.
     ///
-    /// It is summed as `present + Σ_j w_j (y_j − present)`: a constant is its own mean to the last
-    /// bit, so a particle at rest stays at rest.
+    /// The sum is computed as `present + Σ_j w_j (y_j − present)`. So a constant is its own mean to
+    /// the last bit, and a particle at rest stays at rest.
     ///
     /// # Panics
-    /// When there is no such field.
+    /// If there is no such field.
     pub fn mean(&self, field: usize, present: &[Vec3], weights: &[f64], out: &mut [Vec3]) {
         out.copy_from_slice(present);
         let older = weights.iter().rev().skip(1);
@@ -111,8 +111,8 @@ impl<const FIELDS: usize> History<FIELDS> {
         }
     }
 
-    /// Remembers the level that a step of `h` seconds is about to leave; drops the oldest for lack
-    /// of room.
+    /// Stores the level that a step of `h` seconds is about to leave. Drops the oldest level if
+    /// there is no room.
     pub fn push(&mut self, h: f64, fields: [&[Vec3]; FIELDS]) {
         if let Some(oldest) = self.levels.last_mut() {
             oldest.step = h;
@@ -125,7 +125,7 @@ impl<const FIELDS: usize> History<FIELDS> {
     }
 
     /// Replaces the past of one particle in all levels, say after a contact changed its velocity.
-    /// `past` gets the age of a level, s, counted from the end of the newest level's step.
+    /// `past` receives the age of a level, s, counted back from the end of the newest level's step.
     pub fn rewrite(&mut self, particle: usize, past: impl Fn(f64) -> [Vec3; FIELDS]) {
         let mut age = 0.0;
         for level in &mut self.levels[..self.len] {

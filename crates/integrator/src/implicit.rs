@@ -9,11 +9,11 @@ use std::ops::Range;
 /// Which effects are implicit; all others stay at level `n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Implicit {
-    /// Springs along warp and weft only: the paper's reading (section 4).
+    /// Springs along warp and weft only, as in the paper (section 4).
     Tension,
-    /// All effects with a linear split, that is all springs: they can stand in the scalar matrix.
+    /// All effects with a linear split, that is, all springs. They fit into the scalar matrix.
     Springs,
-    /// All effects with a Jacobian: they can stand in 3×3 blocks.
+    /// All effects with a Jacobian. They fit into a matrix of 3×3 blocks.
     Everything,
 }
 
@@ -42,7 +42,7 @@ impl Implicit {
         self.effects(system).filter(|effect| effect.split().is_some())
     }
 
-    /// Adds the forces of the explicit effects at one level to `out`, N: explicit springs with
+    /// Adds the forces of the explicit effects at one level, N, to `out`: explicit springs with
     /// their damping, and external forces.
     pub fn add_explicit_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let explicit = system.effects().filter(|effect| !self.selects(*effect));
@@ -56,8 +56,8 @@ impl Implicit {
         system.add_forces(implicit, at, out);
     }
 
-    /// Writes all forces at level `n`, N, except the damping of the implicit effects: first those
-    /// of [`add_explicit_forces`](Self::add_explicit_forces), then those of
+    /// Writes all forces at level `n` except the damping of the implicit effects, N, to `out`. It
+    /// adds [`add_explicit_forces`](Self::add_explicit_forces) first, then
     /// [`add_implicit_forces`](Self::add_implicit_forces).
     pub fn forces_but_implicit_damping(self, system: &System, state: &State, out: &mut [Vec3]) {
         system.write_forces(self.all_but_implicit_damping(system), state.level(), out);
@@ -72,9 +72,9 @@ impl Implicit {
         explicit.chain(self.effects(system).map(|effect| (effect, Part::Force)))
     }
 
-    /// Writes `M v_n + h F`, kg m/s. `F` holds all forces at level `n` except the linear damping
-    /// `−L_c v` of the implicit effects. This is the right-hand side of EEH (21), since
-    /// `F2 − L_k x` is the force of the springs.
+    /// Writes `M v_n + h F`, kg m/s, to `out`. `F` holds all forces at level `n` except the linear
+    /// damping `−L_c v` of the implicit effects. The result is the right-hand side of EEH (21),
+    /// since `F2 − L_k x` is the force of the springs.
     #[doc(alias = "EEH 21")]
     pub fn write_impulse(self, system: &System, state: &State, h: f64, out: &mut [Vec3]) {
         let momentum = |band: Range<usize>, f: &mut [Vec3]| {
@@ -98,8 +98,8 @@ impl Implicit {
         system.add_forces(nonlinear, Level { t: 0.0, x, v: x }, out);
     }
 
-    /// Writes the `f` of EEH (6), which is all but the linear stiff part, as forces of one level,
-    /// N: [`add_explicit_forces`](Self::add_explicit_forces), then
+    /// Writes the `f` of EEH (6), N, to `out`: all forces of one level except the linear stiff
+    /// part. It adds [`add_explicit_forces`](Self::add_explicit_forces), then
     /// [`add_nonlinear_forces`](Self::add_nonlinear_forces), then
     /// [`add_damping_remainders`](Self::add_damping_remainders).
     #[doc(alias = "EEH 6")]
@@ -111,8 +111,8 @@ impl Implicit {
         self.add_damping_remainders(system, at.x, at.v, out);
     }
 
-    /// Writes the linear stiff part `g` of EEH (6) as forces of one level, N: `−L_k x`, then
-    /// `−L_c v` of the implicit effects.
+    /// Writes the linear stiff part `g` of EEH (6) at one level, N, to `out`: `−L_k x`, then
+    /// `−L_c v`, of the implicit effects.
     #[doc(alias = "EEH 6")]
     pub fn linear_forces(self, system: &System, at: Level<'_>, out: &mut [Vec3]) {
         let stiffness = self.splits(system).map(|effect| (effect, Part::Linear));
@@ -120,7 +120,7 @@ impl Implicit {
         system.write_forces(stiffness.chain(damping), at, out);
     }
 
-    /// Adds the damping of the implicit effects at `(x, v)` without `−L_c v`, N.
+    /// Adds the damping of the implicit effects at `(x, v)` without `−L_c v`, N, to `out`.
     pub fn add_damping_remainders(self, system: &System, x: &[Vec3], v: &[Vec3], out: &mut [Vec3]) {
         for split in self.effects(system).filter_map(Effect::split) {
             split.add_damping_remainder(x, v, out);
@@ -135,15 +135,16 @@ impl Implicit {
         system.add_forces(linear, Level { t: 0.0, x, v: x }, out);
     }
 
-    /// Calls `visit(i, j, k, c)` for each implicit spring.
+    /// Calls `visit(i, j, k, c)` for each implicit spring, with its ends, stiffness (N/m) and
+    /// damping (N s/m).
     pub fn visit_weights(self, system: &System, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
         for split in self.effects(system).filter_map(Effect::split) {
             split.visit_weights(visit);
         }
     }
 
-    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s². Times `h²` it is the
-    /// stiffness group θ.
+    /// The greatest `k (1/m_i + 1/m_j)/2` of an implicit spring, 1/s². Multiplied by `h²` it is the
+    /// stiffness number θ.
     pub fn max_stiffness_over_mass(self, system: &System) -> f64 {
         let mass = system.mass();
         let mut max: f64 = 0.0;

@@ -5,7 +5,7 @@ use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
 
 /// Pins and contacts for methods that compute the new velocity without constraints. Each particle
-/// then gets the impulse that its own constraints need; its neighbours do not feel it.
+/// then gets the impulse that its own constraints require; its neighbours do not feel this impulse.
 ///
 /// A step fills [`free_velocity`](Self::free_velocity), calls [`constrain`](Self::constrain), moves
 /// the positions by the new velocity, and calls [`settle`](Self::settle).
@@ -45,7 +45,7 @@ impl ImpulsiveContacts {
         clock.switch(Phase::Update);
     }
 
-    /// Ends a step of `h` seconds, after the positions moved.
+    /// Ends a step of `h` seconds. Call it after the positions have moved.
     pub fn settle(&mut self, h: f64, state: &mut State) {
         self.contacts.settle(&mut state.v, |_| ());
         state.t += h;

@@ -1,11 +1,11 @@
-//! The force at the end of a step, which the next step begins with.
+//! The force at the end of a step, which the next step reuses.
 
 use crate::StepReport;
 use drape_model::{Effect, Level, Part, Revisions, System, Vec3};
 
-/// The conservative force at the end of a step, kept for the [revisions](System::revisions) of the
-/// system and for the positions, which are compared to the last bit. After any change from outside
-/// it is evaluated anew. Changes of velocity and step size keep it.
+/// The conservative force at the end of a step. It is kept for the [revisions](System::revisions)
+/// of the system and for the positions, which are compared bit by bit. Any other change of the
+/// positions or the system triggers a new evaluation. Changes of velocity and step size do not.
 #[derive(Debug)]
 pub struct KeptForce {
     selects: fn(&dyn Effect) -> bool,
@@ -31,14 +31,14 @@ impl KeptForce {
         &self.force
     }
 
-    /// Evaluates the force at `x`, unless it is kept.
+    /// Evaluates the force at `x`, unless it is already known for these positions.
     pub fn begin(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) {
         if !(self.remembered == Some(system.revisions()) && same_bits(&self.positions, x)) {
             self.evaluate(system, x, report);
         }
     }
 
-    /// Evaluates the force at `x`.
+    /// Evaluates the force at `x` in any case.
     pub fn evaluate(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) {
         let at = Level { t: 0.0, x, v: x }; // Part::Force reads only the positions
         let effects = system.effects().filter(|effect| (self.selects)(*effect));

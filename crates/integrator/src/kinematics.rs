@@ -3,12 +3,12 @@
 use drape_model::{System, Vec3};
 use drape_solvers::vector::{axpy, divided_axpy};
 
-/// `v ← v + h M⁻¹ f`, with `h` in s, `f` in N and `v` in m/s.
+/// Updates the velocities: `v ← v + h M⁻¹ f`, with `h` in s, `f` in N and `v` in m/s.
 pub fn kick(system: &System, h: f64, force: &[Vec3], v: &mut [Vec3]) {
     divided_axpy(h, system.mass(), force, v);
 }
 
-/// `x ← x + h v`, with `h` in s, `v` in m/s and `x` in m.
+/// Updates the positions: `x ← x + h v`, with `h` in s, `v` in m/s and `x` in m.
 pub fn drift(h: f64, v: &[Vec3], x: &mut [Vec3]) {
     axpy(h, v, x);
 }

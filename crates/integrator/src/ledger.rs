@@ -1,7 +1,7 @@
 //! The energy ledger: the change of the total energy in one step, cause by cause.
 //!
-//! Let a step move positions by `h w`, and velocities by the forces that it used and a remainder
-//! `p`:
+//! Let a step move positions by `h w`. It changes velocities by the forces that it used and by a
+//! remainder `p`:
 //!
 //! ```text
 //! x₊ = x_n + h w          M (v₊ − v_n) = h Σ_e f_e + h f_damping + p
@@ -9,7 +9,7 @@
 //!
 //! `w` is `v_n` for explicit Euler, `v½` for leapfrog and `v₊` for all other one-step methods.
 //! `p = A v₊ − b` comes from the method's own matrix and right-hand side: `S p` is the residual of
-//! its solve, `(I − S) p` the impulse of pins and contacts. Then, as pure algebra,
+//! its solve, `(I − S) p` the impulse of pins and contacts. By algebra alone,
 //!
 //! ```text
 //! ΔH = Σ_e [U_e(x₊) − U_e(x_n) + h w·f_e]      gap of each effect
@@ -20,12 +20,12 @@
 //! ```
 //!
 //! All further changes of positions and velocities are the *correction* of a method: the energy
-//! after them minus the energy before. Each term is computed by itself, so the sum tests all of
-//! them.
+//! after them minus the energy before. Each term is computed independently, so their sum is a test
+//! of all terms.
 //!
 //! The last line is `−½‖v₊ − v_n‖²_M` for implicit and symplectic Euler, and its negative for
-//! explicit Euler. The constraints split it: along them velocities are prescribed, and the energy
-//! that an inelastic impact takes is no numerical damping.
+//! explicit Euler. Constraints split this line in two, because they prescribe velocities in their
+//! directions. The energy that an inelastic impact takes is not numerical damping.
 
 use crate::{Implicit, Split, TimeStep, lead_pins};
 use drape_model::{Effect, Level, State, System, Tangent, Vec3};
@@ -34,14 +34,14 @@ use drape_solvers::{Constraints, vector::dot};
 /// The change of the total energy in one step, J; a positive term adds energy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyLedger {
-    /// Work of the damping forces that the step used: physical.
+    /// Work of the damping forces that the step used. It is physical.
     pub damping: f64,
-    /// `½‖v₊ − w‖²_M − ½‖w − v_n‖²_M` in free directions: numerical.
+    /// `½‖v₊ − w‖²_M − ½‖w − v_n‖²_M` in free directions. It is numerical.
     pub inertia: f64,
-    /// The same in the directions of constraints: the loss by an impact on an obstacle.
+    /// The same expression in the directions of constraints: the loss by an impact on an obstacle.
     pub impact: f64,
-    /// Change of each effect's energy minus the work of the force that the step used for it:
-    /// numerical.
+    /// For each effect, the change of its energy minus the work of the force that the step used for
+    /// it. It is numerical.
     pub gaps: Vec<(&'static str, f64)>,
     /// Work of the residual of the solve.
     pub residual: f64,
@@ -63,12 +63,12 @@ impl EnergyLedger {
         self.terms().sum()
     }
 
-    /// Sum of the terms' magnitudes, J: the scale for the error of the sum.
+    /// Sum of the magnitudes of the terms, J. It is the scale for the round-off of the sum.
     pub fn magnitude(&self) -> f64 {
         self.terms().map(f64::abs).sum()
     }
 
-    /// Gap of all effects, J.
+    /// Sum of the gaps of all effects, J.
     pub fn gap(&self) -> f64 {
         self.gaps.iter().map(|(_, gap)| *gap).sum()
     }
@@ -76,7 +76,7 @@ impl EnergyLedger {
 
 /// Makes the ledger of a step from the forces and impulses that the method reports.
 ///
-/// It is slow: a ledger is a diagnosis, which allocates and evaluates forces again.
+/// It is slow: a ledger is a diagnosis that allocates and evaluates forces again.
 #[derive(Debug)]
 pub struct Bookkeeping<'a> {
     system: &'a System,
@@ -94,8 +94,8 @@ pub struct Bookkeeping<'a> {
 }
 
 impl<'a> Bookkeeping<'a> {
-    /// Begins the ledger of a step that moves positions by `h w`, where `w` is `moving`, m/s. If
-    /// there is an `alteration`, m, the step applied it to the positions before.
+    /// Begins the ledger of a step that moves positions by `h w`, where `w` is `moving`, m/s. An
+    /// `alteration`, m, is a displacement that the step applied to the positions before.
     pub fn new(
         system: &'a System,
         before: &'a State,
@@ -133,7 +133,7 @@ impl<'a> Bookkeeping<'a> {
         &self.velocity
     }
 
-    /// Enters the gaps: `used` adds the conservative force, N, that the step used for an effect.
+    /// Enters the gaps. `used` adds the conservative force, N, that the step used for an effect.
     pub fn forces(&mut self, mut used: impl FnMut(&dyn Effect, &mut [Vec3])) {
         let mut force = vec![Vec3::zeros(); self.system.len()];
         for effect in self.system.effects() {
@@ -147,7 +147,7 @@ impl<'a> Bookkeeping<'a> {
         }
     }
 
-    /// Enters the damping: `used` adds the damping force, N, that the step used for an effect.
+    /// Enters the damping. `used` adds the damping force, N, that the step used for an effect.
     pub fn damping(&mut self, mut used: impl FnMut(&dyn Effect, &mut [Vec3])) {
         let mut force = vec![Vec3::zeros(); self.system.len()];
         self.system.effects().for_each(|effect| used(effect, &mut force));
@@ -180,8 +180,8 @@ impl<'a> Bookkeeping<'a> {
         self.damping(|effect, out| effect.add_damping_force(start.level(), out));
     }
 
-    /// Enters forces and damping of backward Euler: the implicit effects at the end of the step,
-    /// except the directions of projected damping.
+    /// Enters forces and damping of backward Euler: implicit effects at the end of the step, except
+    /// that the directions of projected damping are those of level `n`.
     pub fn implicit(&mut self, implicit: Implicit) {
         let start = self.at_start();
         let x = &start.x;
@@ -195,14 +195,15 @@ impl<'a> Bookkeeping<'a> {
     }
 
     /// Enters forces and damping of a method with the matrix `M + h² L_k + h L_c` of the implicit
-    /// effects, solved for `v`, m/s. They are `F(x̂) − L_k (x_n + h v − x̂)`, and `−L_c v` with the
-    /// remainder of projected damping at `v̂`. The right-hand side was taken at `hat = (x̂, v̂)`,
-    /// other effects at level `n`.
+    /// effects, solved for `v`, m/s. The force is `F(x̂) − L_k (x_n + h v − x̂)`; the damping is
+    /// `−L_c v` with the remainder of projected damping at `v̂`. `hat = (x̂, v̂)` is the level of
+    /// the right-hand side; other effects are taken at level `n`.
     pub fn split(&mut self, implicit: Implicit, v: &[Vec3], hat: (&[Vec3], &[Vec3])) {
         self.split_as(Split::Majorant, implicit, v, hat);
     }
 
-    /// As [`split`](Self::split), with the stiffness in the matrix that `split` names.
+    /// As [`split`](Self::split), but the stiffness in the matrix is the one that the [`Split`]
+    /// names.
     pub fn split_as(
         &mut self,
         split: Split,
@@ -255,7 +256,7 @@ impl<'a> Bookkeeping<'a> {
         });
     }
 
-    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s; the forces account for pins on paths.
+    /// Enters the unfiltered residual `p = A v₊ − b`, kg m/s. The forces account for pins on paths.
     pub fn impulse(&mut self, constraints: &Constraints, p: &[Vec3]) {
         for (i, (p, w)) in p.iter().zip(self.moving).enumerate() {
             if self.is_led(i) {
@@ -279,8 +280,8 @@ impl<'a> Bookkeeping<'a> {
         self.ledger.correction += dot(p, self.moving);
     }
 
-    /// Ends the ledger: enters inertia and impact of a step that ended at [`end`](Self::end) with
-    /// the velocity `solved`, m/s, and the correction from there to `after`.
+    /// Ends the ledger. It enters inertia and impact of a step that ended at [`end`](Self::end)
+    /// with the velocity `solved`, m/s, and the correction from there to the state `after`.
     pub fn finish(
         mut self,
         constraints: &Constraints,
@@ -323,7 +324,8 @@ fn lagged_damping_force(
     }
 }
 
-/// Velocities that a step of `h` uses, m/s: a pinned particle stands still or follows its path.
+/// Velocities that a step of length `h` uses, m/s. A pinned particle stands still or follows its
+/// path.
 pub fn as_stepped(system: &System, before: &State, h: TimeStep) -> Vec<Vec3> {
     let rows = before.v.iter().zip(system.pinned());
     let mut v: Vec<_> = rows.map(|(v, pinned)| if *pinned { Vec3::zeros() } else { *v }).collect();
@@ -337,8 +339,8 @@ fn change(system: &System, from: &[Vec3], to: &[Vec3]) -> f64 {
     system.effects().map(|effect| effect.energy(mass, to) - effect.energy(mass, from)).sum()
 }
 
-/// Subtracts `L w` from `out`. `L` is the graph Laplacian of an effect's springs, weighted by
-/// `weight` of stiffness and damping coefficient.
+/// Subtracts `L w` from `out`. `L` is the graph Laplacian of an effect's springs. `weight` computes
+/// the weight of a spring from its stiffness and its damping coefficient.
 pub fn subtract_laplacian(
     effect: &dyn Effect,
     weight: impl Fn(f64, f64) -> f64,

@@ -1,46 +1,45 @@
 //! The [`Integrator`] trait, and the parts that several time integrators share.
 //!
-//! This is the only room where physics meets linear algebra: effects emit weights and 3×3 blocks,
-//! and [`LaplacianSolver`] and [`Newton`] assemble them into matrices and solve. A method's own
-//! crate then reads like a paragraph of a paper: force, set up, solve, update.
+//! This is the only crate where physics meets linear algebra. Effects emit weights and 3×3 blocks;
+//! [`LaplacianSolver`] and [`Newton`] assemble them into matrices and solve. A method's own crate
+//! then reads like a paragraph of a paper: force, set up, solve, update.
 //!
 //! # The contract
 //!
 //! The caller owns the [`State`]. The integrator owns its scratch memory and its history. The
 //! system does not change during a step.
 //!
-//! * [`Integrator::prepare`] is the only place that allocates. A step on one thread allocates
-//!   nothing.
+//! * * [`Integrator::prepare`] allocates; [`Integrator::step`] on one thread does not.
 //! * Cached operators are keyed on the bits of the step size and on
-//!   [`System::revisions`](drape_model::System::revisions). When one of them changes the operators
-//!   are rebuilt in place, and the step that caused the rebuild is charged for it, by
-//!   [cause](Setups). A changed sparsity pattern needs `prepare` again.
-//! * Blow-up is a result, not an error. `Err` is for broken contracts and leaves the state as it
-//!   was, except that a step first sets the velocities of pinned particles to 0. A solver that
-//!   stops early says so in [`StepReport::solve`].
+//!   [`System::revisions`](drape_model::System::revisions). When one of them changes, the operators
+//!   are rebuilt in place, and the report of that step counts the rebuild by its [cause](Setups). A
+//!   changed sparsity pattern requires a new `prepare`.
+//! * Blow-up is a result, not an error. `Err` reports a broken contract and leaves the state
+//!   unchanged, except that a step first sets the velocities of pinned particles to 0. A solver
+//!   that stops early says so in [`StepReport::solve`].
 //!
 //! # A method
 //!
 //! A method's crate implements [`Scheme`]: the memory of a step, its allocation, and the step with
 //! all its equations. [`Stepper`] makes an [`Integrator`] of it, and [`Registration`] is its line
-//! in the registry. [`Method`] describes a method. One of three standard answers ([`Supports`])
-//! says how the method treats each effect; it names only the effects that it refuses. [`settings!`]
-//! declares each setting once.
+//! in the registry. [`Method`] describes a method. One of four standard answers ([`Supports`]) says
+//! how the method treats each effect; the method lists only the effects that it refuses.
+//! [`settings!`] declares each setting once.
 //!
 //! # Step size control
 //!
-//! The paper names it as further work: a step that suits the fall of a sheet is too long for the
-//! moment in which it is caught. [`Adaptive`] wraps a method and divides each call into substeps.
-//! [`LocalError`] estimates their error from the last positions. [`StepController`] (a PI
-//! controller) chooses the next size, and keeps it within a dead band, because each new size costs
-//! a set-up. A rejected substep is taken back to the last bit, history included; this is all that a
-//! method has to offer ([`Rewind`]). A method that splits the force adds the error that positions
-//! cannot show ([`Rewind::add_splitting_error`]).
+//! The paper names step size control as further work: a step that suits the fall of a sheet is too
+//! long for the moment in which the sheet is caught. [`Adaptive`] wraps a method and divides each
+//! call into substeps. [`LocalError`] estimates their error from the last positions.
+//! [`StepController`] (a PI controller) chooses the next size. It changes the size only outside a
+//! dead band, because each new size costs a set-up. A rejected substep is undone to the last bit,
+//! history included. A method must only support this ([`Rewind`]). A method that splits the force
+//! adds the error that positions cannot show ([`Rewind::add_splitting_error`]).
 //!
-//! The tolerance limits the local error of positions. The error at the end sums over all steps, and
+//! The tolerance limits the local error of positions. The error at the end sums over all steps. It
 //! falls like the square root of the tolerance (order 1) or its power 2/3 (order 2). The algebraic
-//! error should be a tenth of it; the control does not change the tolerances of the solvers. The
-//! record `solver-control` holds the results.
+//! error should be a tenth of the tolerance; step size control does not change the tolerances of
+//! the solvers. The record `solver-control` holds the results.
 //!
 //! # What is shared
 //!
@@ -156,22 +155,22 @@ pub use drape_solvers::{Constraints, SolveStatus};
 
 use drape_model::{State, System};
 
-/// A time integrator: advances a state by one step.
+/// A time integrator: it advances a state by one step.
 pub trait Integrator: std::fmt::Debug + Send {
-    /// Description of the method.
+    /// Description of the method: id, order, settings and supported effects.
     fn method(&self) -> &'static Method;
 
     /// Allocates and fills everything that a step of length `h` needs.
     ///
     /// # Errors
-    /// [`PrepareError`] when the method does not support an effect of the system, or an operator
+    /// [`PrepareError`] if the method does not support an effect of the system, or if an operator
     /// cannot be built.
     fn prepare(&mut self, system: &System, h: TimeStep) -> Result<(), PrepareError>;
 
     /// Advances `state` by exactly `h`, without allocating.
     ///
     /// # Errors
-    /// [`StepError`] for a broken contract; the state is left as it was.
+    /// [`StepError`] for a broken contract. The state is unchanged.
     fn step(
         &mut self,
         system: &System,
@@ -180,9 +179,9 @@ pub trait Integrator: std::fmt::Debug + Send {
         clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError>;
 
-    /// The change of the total energy in the last step, cause by cause. It takes the states before
-    /// and after the step, its length and its system. `None` where the method has no such identity:
-    /// methods of several steps, and divided steps.
+    /// The change of the total energy in the last step, cause by cause. The arguments are the
+    /// states before and after the step, its length and its system. The result is `None` if the
+    /// method has no energy identity, as multistep methods and divided steps.
     ///
     /// This is a diagnosis to call right after [`step`](Self::step): it may allocate, and a step
     /// does no work for it. Changes of the system between steps do not count.
@@ -196,7 +195,7 @@ pub trait Integrator: std::fmt::Debug + Send {
         None
     }
 
-    /// Forgets the history (predictor, contacts), after the caller has changed the state.
+    /// Forgets the history (predictor, contacts). Call it after changing the state.
     fn restart(&mut self, state: &State);
 }
 

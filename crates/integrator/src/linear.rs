@@ -19,22 +19,22 @@ pub enum PreconditionerKind {
     None,
     /// Division by the diagonal.
     Jacobi,
-    /// Incomplete Cholesky without fill-in, the paper's.
+    /// Incomplete Cholesky without fill-in, as in the paper.
     Ic0,
-    /// The faster of Jacobi and IC(0), by estimates; see [`crate::choice`].
+    /// The faster of Jacobi and IC(0), according to estimates; see [`crate::choice`].
     Auto,
 }
 
-/// Which solver a method uses.
+/// Which solver a method uses for its linear system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolverKind {
     /// Filtered conjugate gradients.
     Cg,
-    /// Sparse Cholesky: a direct solve, with CG on top where contacts couple the coordinates.
+    /// Sparse Cholesky, a direct solve. CG runs on top of it if contacts couple the coordinates.
     Cholesky,
-    /// The faster of the two, by estimates; see [`crate::choice`].
+    /// The faster of CG and Cholesky, according to estimates; see [`crate::choice`].
     Auto,
-    /// A direct solve with the inverse itself, a full matrix.
+    /// A direct solve with the inverse, stored as a full matrix.
     DenseInverse {
         /// Most bytes that the matrix and its scratch memory may take.
         limit_bytes: usize,
@@ -44,12 +44,12 @@ pub enum SolverKind {
 /// Settings of a linear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSettings {
-    /// Relative tolerance ε of the residual.
+    /// Relative tolerance `ε` of the residual.
     pub forcing_term: f64,
     /// Preconditioner of CG.
     pub preconditioner: PreconditionerKind,
-    /// Stop test. [`StopNorm::Velocity`] needs a [reference](crate::StepReference), without which
-    /// it is that of [`StopNorm::Euclid`].
+    /// Stop test. [`StopNorm::Velocity`] needs a [reference](crate::StepReference); without one it
+    /// acts as [`StopNorm::Euclid`].
     pub norm: StopNorm,
     /// Solver.
     pub solver: SolverKind,
@@ -57,7 +57,7 @@ pub struct LinearSettings {
     pub rebuild_every_step: bool,
 }
 
-/// Which Laplacians stand in the matrix beside the masses.
+/// Which Laplacians the matrix contains beside the masses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
     /// `M + τ² L_k + τ L_c`, EEH (21).
@@ -141,8 +141,8 @@ impl Prepared {
 /// `A = M + τ² L_k + τ L_c` over the implicit springs, its preconditioner and the solver.
 ///
 /// `A` is a symmetric `n × n` M-matrix, diagonally dominant by exactly `m_i` in row `i`; it acts on
-/// each coordinate alike. In contrast to EEH (21) it is multiplied by the masses, so that it stays
-/// symmetric when masses differ.
+/// each coordinate in the same way. In contrast to EEH (21) it is multiplied by the masses, so that
+/// it stays symmetric when masses differ.
 ///
 /// Conjugate gradients with a diagonal preconditioner on a regular mesh use the
 /// [threads](System::threads) of the system. IC(0), the factor, the inverse and set-ups run on one
@@ -174,10 +174,11 @@ pub struct LaplacianSolver {
 }
 
 impl LaplacianSolver {
-    /// Allocates the pattern and builds matrix and preconditioner for steps with `τ = tau` seconds.
+    /// Allocates the sparsity pattern, and builds matrix and preconditioner for steps with
+    /// `τ = tau` seconds.
     ///
     /// # Errors
-    /// [`PrepareError::Solver`] when the preconditioner cannot be factorised.
+    /// [`PrepareError::Solver`] if the preconditioner cannot be factorised.
     pub fn new(
         system: &System,
         implicit: Implicit,
@@ -188,7 +189,7 @@ impl LaplacianSolver {
         Self::with_split(system, implicit, weights, settings, Split::Majorant, tau)
     }
 
-    /// As [`new`](Self::new), with the stiffness in the matrix that `split` names.
+    /// As [`new`](Self::new), but the stiffness in the matrix is the one that the [`Split`] names.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -243,17 +244,18 @@ impl LaplacianSolver {
         })
     }
 
-    /// Brings matrix and preconditioner up to date, in place. Returns the cause of a rebuild.
+    /// Updates matrix and preconditioner in place. Returns the cause of a rebuild, or `None` if
+    /// nothing changed.
     ///
     /// # Errors
-    /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when the
+    /// [`StepError::NeedsPrepare`] after a change of topology; [`StepError::Solver`] if the
     /// preconditioner cannot be factorised.
     pub fn refresh(&mut self, system: &System, tau: f64) -> Result<Option<SetupCause>, StepError> {
         self.renew(system, tau, false)
     }
 
-    /// As [`refresh`](Self::refresh), for a step from the positions `x`. Where the [split](Split)
-    /// follows the slopes of the springs, a changed slope is a change of stiffness.
+    /// As [`refresh`](Self::refresh), for a step from the positions `x`. If the [split](Split)
+    /// follows the slopes of the springs, a changed slope counts as a change of stiffness.
     ///
     /// # Errors
     /// As [`refresh`](Self::refresh).
@@ -267,7 +269,7 @@ impl LaplacianSolver {
         self.renew(system, tau, has_moved)
     }
 
-    /// The slopes in the matrix; `None` where stiffnesses are constant.
+    /// The slopes in the matrix; `None` if the matrix has constant stiffnesses.
     pub fn slopes(&self) -> Option<&Slopes> {
         self.slopes.as_ref()
     }
@@ -322,20 +324,20 @@ impl LaplacianSolver {
         Ok(Some(cause))
     }
 
-    /// The settings, with every `auto` replaced by what was chosen.
+    /// The settings, with every `auto` replaced by the choice that was made.
     pub fn settings(&self) -> LinearSettings {
         self.settings
     }
 
-    /// Euclidean norms over the free particles of the springs' part of the diagonal and of all of
-    /// it, kg. Each row counts by the lightest free mass over its own: round-off in the row of a
-    /// heavy particle changes its velocity by as much less.
+    /// Euclidean norms over the free particles, kg: of the springs' part of the diagonal, and of
+    /// the whole diagonal. Each row is weighted by the lightest free mass over its own mass,
+    /// because round-off in the row of a heavy particle changes its velocity correspondingly less.
     pub fn row_norms(&self) -> (f64, f64) {
         self.row_norms
     }
 
-    /// Whether solves use a complete factor or inverse, which takes no iterations where nothing
-    /// couples the coordinates.
+    /// Whether solves use a complete factor or inverse. Such solves need no iterations unless
+    /// contacts couple the coordinates.
     pub fn is_direct(&self) -> bool {
         self.settings.solver != SolverKind::Cg
     }
@@ -345,27 +347,28 @@ impl LaplacianSolver {
         &self.matrix
     }
 
-    /// The matrix, and the solver that [multiplies](ScalarPcg::multiply) by it fast.
+    /// The matrix, and the solver that [multiplies](ScalarPcg::multiply) vectors by it.
     pub fn product(&mut self) -> (&ScalarMatrix, &mut ScalarPcg) {
         (&self.matrix, &mut self.fast)
     }
 
-    /// Solves `A v = b` under constraints. `v` holds the start value on entry, the solution on
-    /// return. The solve stops at the forcing term relative to the filtered right-hand side.
+    /// Solves `A v = b` under constraints, kg m/s and m/s. On entry `v` holds the start value, on
+    /// return the solution. The solve stops when the residual falls below the forcing term,
+    /// relative to the filtered right-hand side.
     pub fn solve(&mut self, constraints: &Constraints, b: &[Vec3], v: &mut [Vec3]) -> PcgReport {
         self.solve_from(StartValue::Given, constraints, b, v, Reference::FilteredRightHandSide)
     }
 
     /// As [`solve`](Self::solve) from `start`, with the forcing term relative to `reference`, in
-    /// the norm of the stop test. A direct solve needs neither.
+    /// the norm of the stop test. A direct solve ignores both.
     ///
-    /// Where round-off keeps the residual above an absolute reference, it is measured again as
-    /// `m_min M⁻¹ r`. No velocity is off by more than `|M⁻¹ r|`, because the rows of the matrix sum
-    /// to the masses and its inverse has no negative entry: a heavy particle may keep a residual
-    /// that is small beside its mass.
+    /// If round-off keeps the residual above an absolute reference, the residual is measured again
+    /// as `m_min M⁻¹ r`. No velocity is wrong by more than `|M⁻¹ r|`, because the rows of the
+    /// matrix sum to the masses and its inverse has no negative entry. So a heavy particle may keep
+    /// a residual that is small beside its mass.
     ///
     /// # Panics
-    /// When the sizes of the arguments differ.
+    /// If the sizes of the arguments differ.
     pub fn solve_from(
         &mut self,
         start: StartValue<'_>,
@@ -468,8 +471,8 @@ impl LaplacianSolver {
         )
     }
 
-    /// Whether a solve under these constraints is one application of the factor or the inverse, for
-    /// any start.
+    /// Whether a solve under these constraints is one application of the factor or the inverse,
+    /// whatever the start value.
     pub fn solves_directly(&self, constraints: &Constraints) -> bool {
         // The factor knows pins alone. Contacts on one or two sides couple the coordinates;
         // contacts on three sides hold a particle that the factor takes as free.
@@ -482,14 +485,14 @@ impl LaplacianSolver {
     }
 
     /// `out ← P b`, one application of the preconditioner. A Cholesky factor or the inverse gives
-    /// the solution up to round-off, where no contact couples the coordinates. Pinned rows count by
-    /// their diagonal alone.
+    /// the solution up to round-off, if no contact couples the coordinates. Pinned rows use their
+    /// diagonal entry alone.
     pub fn apply_preconditioner(&self, b: &[Vec3], out: &mut [Vec3]) {
         self.preconditioner.as_dyn().apply(b, out);
     }
 
-    /// `‖S (b − A v)‖` over the reference: Euclidean over the norm of the filtered right-hand side,
-    /// else in the norm of the stop test.
+    /// The residual `‖S (b − A v)‖` over the reference. In the Euclidean norm the reference is the
+    /// norm of the filtered right-hand side; otherwise both are in the norm of the stop test.
     pub fn relative_residual(
         &mut self,
         constraints: &Constraints,

@@ -1,4 +1,4 @@
-//! Settings of the methods with one linear solve a step.
+//! Settings of the methods with one linear solve per step.
 
 use crate::{Declared, LinearSettings, PreconditionerKind, SolverKind, StopNorm, Word, declare};
 use drape_solvers::Norm;
@@ -32,7 +32,7 @@ impl Word for SolverKind {
 pub enum MatrixUse {
     /// Until the system or the step size changes.
     Kept,
-    /// One step, as varying moduli would need.
+    /// For one step, as varying moduli would require.
     Rebuilt,
 }
 
@@ -41,13 +41,13 @@ impl Word for MatrixUse {
         &[("kept", Self::Kept), ("rebuilt", Self::Rebuilt)];
 }
 
-/// Preconditioner of CG.
+/// The setting `preconditioner`.
 pub const PRECONDITIONER: Declared<PreconditionerKind> = declare!(
     preconditioner: PreconditionerKind [None, Jacobi, Ic0, Auto] = Ic0,
     "preconditioner of the conjugate gradients; auto: the faster of jacobi and ic0, by estimates \
      from the matrix"
 );
-/// Stop test.
+/// The setting `norm`: the stop test.
 pub const NORM: Declared<StopNorm> = declare!(
     norm: StopNorm [Velocity, Euclid, Preconditioned] = Velocity,
     "what the residual is measured against: velocity: the change of velocity that the forces make, \
@@ -55,26 +55,26 @@ pub const NORM: Declared<StopNorm> = declare!(
      fast sheet or one with a heavy particle is solved loosely; preconditioned: as velocity, in \
      the norm of the preconditioner (updated CG, robust: always that of the inverse mass)"
 );
-/// Solver.
+/// The setting `solver`.
 pub const SOLVER: Declared<SolverKind> = declare!(
     solver: SolverKind [Cg, Cholesky, Auto] = Cg,
     "conjugate gradients, or a direct solve by sparse Cholesky, which ignores preconditioner, norm \
      and linear tolerance (with contacts: CG to 1e-13, preconditioned by the factor); auto: the \
      faster of the two, by estimates from the matrix"
 );
-/// Whether the matrix is kept.
+/// The setting `matrix`: whether the matrix is kept.
 pub const MATRIX: Declared<MatrixUse> = declare!(
     matrix: MatrixUse [Kept, Rebuilt] = Kept,
     "set the matrix up only when it changes, or in each step, as varying moduli would need"
 );
 
 impl LinearSettings {
-    /// A solve with a kept matrix, relative to the right-hand side.
+    /// Settings of a solve with a kept matrix and a stop test relative to the right-hand side.
     pub fn kept(forcing_term: f64, preconditioner: PreconditionerKind, solver: SolverKind) -> Self {
         Self::of(forcing_term, preconditioner, StopNorm::Euclid, solver, MatrixUse::Kept)
     }
 
-    /// The settings of a solve from the values of the keys above.
+    /// Settings of a solve from the values of the settings above.
     pub fn of(
         forcing_term: f64,
         preconditioner: PreconditionerKind,

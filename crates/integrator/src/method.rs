@@ -17,7 +17,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// The power of `h`.
+    /// The exponent of `h`.
     pub const fn number(self) -> u32 {
         match self {
             Self::One => 1,
@@ -28,7 +28,7 @@ impl Order {
     }
 }
 
-/// The stability verdict that a method must meet.
+/// The stability criterion that a method must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StabilityClass {
     /// The total energy of a closed scene must not rise.
@@ -37,8 +37,8 @@ pub enum StabilityClass {
     Symplectic,
 }
 
-/// A quantity that a method conserves on an undamped system of springs without pins, contacts and
-/// external forces, up to round-off and the tolerance of its solve.
+/// A quantity that a method conserves, up to round-off and the tolerance of its solve. This holds
+/// for an undamped system of springs without pins, contacts and external forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// `Σ m v`.
@@ -50,7 +50,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Its name in prose.
+    /// Name of the quantity in prose.
     pub fn name(self) -> &'static str {
         match self {
             Self::Momentum => "momentum",
@@ -71,12 +71,12 @@ pub enum Treatment {
     BySetting,
     /// By a linear constraint on the new velocity.
     Constraint,
-    /// As a constraint that yields: its stiffness is the inverse of a compliance.
+    /// As a compliant constraint, whose compliance is the inverse of the stiffness.
     Compliant,
 }
 
 impl Treatment {
-    /// One word for tables.
+    /// The treatment as one word, for tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Implicit => "implicit",
@@ -95,13 +95,13 @@ const CONSTRAINTS: [&str; 3] = ["pins", "contact", "friction"];
 /// How a method treats the effects of a scene: one of four standard answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Supports {
-    /// Every effect stays at the old level.
+    /// Every effect is taken at the old level.
     Explicit,
-    /// Springs are implicit, as a rule in a scalar matrix; everything else stays at the old level.
+    /// Springs are implicit, usually in a scalar matrix; everything else is taken at the old level.
     ScalarMatrix,
-    /// Every effect with a Jacobian stands in a matrix of 3×3 blocks.
+    /// Every effect with a Jacobian is in a matrix of 3×3 blocks.
     Blocks,
-    /// Springs and stencils are compliant constraints; everything else stays at the old level.
+    /// Springs and stencils are compliant constraints; everything else is taken at the old level.
     Compliant,
 }
 
@@ -110,40 +110,40 @@ pub enum Supports {
 pub struct Support {
     /// Name of the effect, or `pins`, `contact` or `friction`.
     pub effect: &'static str,
-    /// How it is treated.
+    /// How the method treats it.
     pub treatment: Treatment,
 }
 
 /// Description of a time integrator.
 #[derive(Debug, PartialEq)]
 pub struct Method {
-    /// Id on the command line.
+    /// Id of the method on the command line.
     pub id: &'static str,
     /// Name in prose.
     pub name: &'static str,
-    /// Where it was published.
+    /// Publication of the method.
     pub source: &'static str,
     /// Order of accuracy.
     pub order: Order,
-    /// The verdict that it must meet.
+    /// The stability criterion that the method must meet.
     pub class: StabilityClass,
-    /// Quantities that it conserves exactly.
+    /// Quantities that the method conserves exactly.
     pub conserves: &'static [Quantity],
-    /// What theory says about its stability, in a sentence or two.
+    /// What theory says about the stability of the method, in a sentence or two.
     pub theory: &'static str,
-    /// How it treats the effects of a scene.
+    /// How the method treats the effects of a scene.
     pub supports: Supports,
-    /// Effects and constraints that it refuses all the same.
+    /// Effects and constraints that the method refuses in spite of [`supports`](Self::supports).
     pub refuses: &'static [&'static str],
-    /// Its settings with ranges and defaults.
+    /// Settings of the method, with ranges and defaults.
     pub settings: &'static [Setting],
 }
 
 impl Method {
     /// How the method treats an effect of this kind and class.
     ///
-    /// The setting `implicit`, where a method has it, decides about all implicit effects but the
-    /// tension springs.
+    /// If the method has the setting `implicit`, that setting decides about all implicit effects
+    /// except the tension springs.
     pub fn treatment(&self, effect: EffectKind, class: EffectClass) -> Treatment {
         let is_implicit = match (self.supports, class) {
             (Supports::Explicit, _) | (_, EffectClass::Uniform) => false,
@@ -162,7 +162,7 @@ impl Method {
         }
     }
 
-    /// The supported effects, then the supported constraints; the method refuses all others by
+    /// The supported effects, then the supported constraints. The method refuses all others by
     /// name.
     pub fn supports(&self) -> impl Iterator<Item = Support> {
         let effect = |&kind: &EffectKind| {
@@ -187,7 +187,7 @@ impl Method {
     /// Refuses a system with an effect or constraint that the method does not support.
     ///
     /// # Errors
-    /// [`PrepareError::Unsupported`] with the first such effect or constraint.
+    /// [`PrepareError::Unsupported`], which names the first such effect or constraint.
     pub fn check(&self, system: &System) -> Result<(), PrepareError> {
         let named = system.effects().map(|effect| effect.name());
         let pins = system.pinned().contains(&true).then_some("pins");

@@ -10,30 +10,30 @@ use drape_solvers::{Constraints, SolveStatus, vector::dot};
 /// Settings of Newton's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
-    /// Stops at `‖S∇Φ‖_{M⁻¹} ≤ residual`, √J.
+    /// Newton's method stops at `‖S∇Φ‖_{M⁻¹} ≤ residual`, √J.
     pub residual: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub max_iterations: u32,
-    /// Whether it goes on after them.
+    /// Whether Newton's method continues after `max_iterations`.
     pub safeguard: Safeguard,
 }
 
 /// How Newton's method ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonReport {
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: u32,
-    /// Factorisations: with a fresh Jacobian one an iteration, two where the exact Hessian was
-    /// indefinite.
+    /// Number of factorisations. With a fresh Jacobian there is one per iteration, and two where
+    /// the exact Hessian was indefinite.
     pub factorisations: u32,
-    /// CG iterations, where CG solves the linear systems.
+    /// Number of CG iterations, if CG solves the linear systems.
     pub cg_iterations: u32,
-    /// Products with the matrix in CG. A multigrid cycle and its set-up count as so many products as
-    /// they read blocks.
+    /// Number of products with the matrix in CG. A multigrid cycle and its set-up count as the
+    /// number of products that read as many blocks.
     pub matvecs: u32,
     /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
     pub residual: f64,
-    /// Status.
+    /// How the iteration ended.
     pub status: SolveStatus,
 }
 
@@ -56,16 +56,17 @@ const WOLFE_DECREASE: f64 = 0.1;
 /// `σ` of the same.
 const WOLFE_SLOPE: f64 = 0.9;
 
-/// Minimises an [`IncrementalPotential`] by Newton's method with line search. This solves the
-/// nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
+/// Minimises an [`IncrementalPotential`] by Newton's method with line search. The minimiser solves
+/// the nonlinear system EEH (4) by the iteration (5), reduced to `3n` unknowns as in section 2.3.
 ///
 /// The matrix is the exact Hessian `M + τ_x τ_v ∇²U + τ_v D` while its Cholesky factorisation
-/// succeeds. Else each spring's block is projected to positive semi-definite. With a saved Jacobian
-/// ([`Jacobian::Saved`]) the factor is kept over iterations and stages. Residual and line search
-/// stay those of the present potential, so the solution is the same. With conjugate gradients
-/// ([`Cg`](crate::NewtonSolver::Cg), [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian
-/// belongs to the present iterate, and the forcing rule sets the tolerance of its system.
-/// A [`Safeguard`] prolongs a linearised step that would gain energy.
+/// succeeds. Otherwise the block of each spring is projected to a positive semi-definite one. With
+/// a saved Jacobian ([`Jacobian::Saved`]) the factor is kept over iterations and stages. The
+/// residual and the line search still use the present potential, so the solution is the same. With
+/// conjugate gradients ([`Cg`](crate::NewtonSolver::Cg),
+/// [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is taken at the present iterate, and
+/// the forcing rule sets the tolerance of the linear system. A [`Safeguard`] continues the
+/// iteration if a linearised step would gain energy.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -96,7 +97,7 @@ impl Newton {
     /// factorisation and multigrid levels that the settings need.
     ///
     /// # Errors
-    /// [`PrepareError::Solver`] when the symbolic factorisation fails.
+    /// [`PrepareError::Solver`] if the symbolic factorisation fails.
     pub fn new(
         system: &System,
         potential: &IncrementalPotential,
@@ -126,10 +127,10 @@ impl Newton {
         self.matrix.restart();
     }
 
-    /// Minimises `potential` from `v`. On return `v` satisfies the constraints.
+    /// Minimises `potential`, starting from `v`. On return `v` satisfies the constraints.
     ///
     /// # Errors
-    /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] when even the
+    /// [`StepError::NeedsPrepare`] after a change of topology, [`StepError::Solver`] if even the
     /// projected Hessian cannot be factorised (overflow).
     #[doc(alias = "EEH 4")]
     #[doc(alias = "EEH 5")]

@@ -21,7 +21,8 @@ mod tests;
 pub enum Jacobian {
     /// In every iteration.
     Fresh,
-    /// When the saved factor no longer serves: the Newton-like iteration with a saved Jacobian.
+    /// When the saved factor no longer gives progress: the Newton-like iteration with a saved
+    /// Jacobian.
     Saved,
 }
 
@@ -30,26 +31,26 @@ pub enum Jacobian {
 pub enum NewtonSolver {
     /// By the sparse Cholesky factor.
     Cholesky,
-    /// By conjugate gradients on the Hessian of each iterate, with the tolerance of the rule. The
-    /// inverse diagonal blocks or the saved factor precondition them.
+    /// By conjugate gradients on the Hessian of each iterate. The rule sets the tolerance. The
+    /// preconditioner is the inverse of the diagonal blocks, or the saved factor.
     Cg(ForcingRule),
-    /// By conjugate gradients that a cycle of [`Multigrid`] on the Hessian preconditions. The
+    /// By conjugate gradients on the Hessian, preconditioned by a cycle of [`Multigrid`]. The
     /// levels follow the stiffnesses of the springs or, without springs, the couplings of the other
     /// effects. Nothing is saved.
     Multigrid(ForcingRule),
-    /// The faster of the two, by the stiffness of the stage: conjugate gradients with the diagonal
-    /// blocks up to a limit of the greatest `τ_x τ_v k/m`, multigrid above. The tolerance is
-    /// that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). With a
-    /// [saved Jacobian](Jacobian::Saved) it is [`Cholesky`](Self::Cholesky).
+    /// The faster of the two, chosen by the stiffness of the stage: conjugate gradients with the
+    /// diagonal blocks up to a limit of the greatest `τ_x τ_v k/m`, multigrid above it. The
+    /// tolerance is that of [Eisenstat and Walker](ForcingRule::EisenstatWalker). With a
+    /// [saved Jacobian](Jacobian::Saved) it acts as [`Cholesky`](Self::Cholesky).
     ///
-    /// From 1000 particles on, multigrid keeps its coarse matrices while they serve, within a stage.
+    /// From 1000 particles on, multigrid reuses its coarse matrices within a stage while they work.
     /// Conjugate gradients then run in [single precision](SinglePcg) on regular grids without
-    /// obstacles, since Newton's method judges what they find by the residual. Contacts give
-    /// matrices that are not symmetric block by block, which single precision does not hold: scenes
-    /// with obstacles are solved in double precision throughout. Where single precision fails, the
-    /// rest of the stage is solved without it.
+    /// obstacles. This is safe because Newton's method checks each step by the residual. Contacts
+    /// give matrices that are not symmetric block by block, which single precision does not hold:
+    /// scenes with obstacles are solved in double precision throughout. If single precision fails,
+    /// the rest of the stage is solved in double precision.
     ///
-    /// The line search judges a step by gradients, which cost a fraction of energies, and the start
+    /// The line search judges a step by gradients, which cost a fraction of the energies. The start
     /// is the candidate with the least residual.
     Auto,
 }
@@ -141,7 +142,7 @@ impl Default for NewtonLinear {
 }
 
 impl NewtonLinear {
-    /// A sparse Cholesky factor in each iteration: for exact solves and for small systems.
+    /// A sparse Cholesky factor in each iteration, for exact solves and for small systems.
     pub const CHOLESKY: Self = Self { jacobian: Jacobian::Fresh, solver: NewtonSolver::Cholesky };
 
     /// The same with the solver that [`Auto`](NewtonSolver::Auto) stands for beside a saved
@@ -164,7 +165,8 @@ impl NewtonLinear {
         }
     }
 
-    /// Whether these settings use no factorisation of a library.
+    /// Whether these settings avoid the factorisations of a library, whose results differ between
+    /// machines.
     pub fn is_portable(self) -> bool {
         matches!(self.solver, NewtonSolver::Cg(_)) && self.jacobian == Jacobian::Fresh
     }

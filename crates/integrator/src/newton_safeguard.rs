@@ -4,16 +4,16 @@ use crate::{Declared, IncrementalPotential, Word, declare};
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, Filter};
 
-/// Whether Newton's method goes on after its last iteration because the step would gain energy.
+/// Whether Newton's method continues after its last iteration if the step would gain energy.
 ///
-/// A solve that stops early leaves the residual `r = S∇Φ(v)`. The step is then the exact step under
-/// the additional impulse `r`, and `r·v` is the energy that this impulse feeds to the cloth: the
-/// term *residual* of the [ledger](crate::EnergyLedger). On a stiff sheet one Newton iteration
-/// leaves springs stretched that turned in it, and this work is positive in many successive steps.
-/// Neither the size of the residual nor the decrease of the potential shows that: both look alike
-/// in steps that lose energy.
+/// A solve that stops early leaves the residual `r = S∇Φ(v)`. The step then equals the exact step
+/// under the additional impulse `r`, and `r·v` is the energy that this impulse adds to the cloth.
+/// The [ledger](crate::EnergyLedger) calls this term *residual*. On a stiff sheet, one Newton
+/// iteration leaves springs stretched that rotated during the iteration, and their work is positive
+/// in many successive steps. Neither the size of the residual nor the decrease of the potential
+/// reveals this: both look the same in steps that lose energy.
 ///
-/// With [`Work`](Self::Work) Newton's method goes on while
+/// With [`Work`](Self::Work), Newton's method continues while
 ///
 /// ```text
 /// r·(v − u) > ⅒ ½ ‖S (v − v̂)‖²_M                                                            (W)
@@ -21,14 +21,14 @@ use drape_solvers::{Constraints, Filter};
 ///
 /// The right-hand side is a tenth of the kinetic energy of the change of velocity that the implicit
 /// forces make in the stage. `u` is the velocity of the fixed particles, or of the centre of mass
-/// where none is fixed, so that (W) is the same in every frame. The residual is known anyway, since
-/// it is the next right-hand side: where (W) asks for nothing, it costs two sums over the
-/// particles.
+/// where none is fixed, so (W) is the same in every frame. The residual is known already, because
+/// it is the next right-hand side. If (W) requires no further iteration, it therefore costs only
+/// two sums over the particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Safeguard {
-    /// `max_iterations` ends the iteration.
+    /// The iteration ends after `max_iterations`.
     None,
-    /// It goes on while the work of the residual adds energy.
+    /// The iteration continues while the work of the residual adds energy, (W).
     Work,
 }
 
@@ -37,7 +37,7 @@ impl Word for Safeguard {
 }
 
 impl Safeguard {
-    /// Setting `safeguard`.
+    /// The setting `safeguard`.
     pub const SETTING: Declared<Self> = declare!(
         safeguard: Safeguard [None, Work] = None,
         "work: Newton goes on after max_iterations while the work of its residual would add energy \

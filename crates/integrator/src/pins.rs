@@ -3,7 +3,7 @@
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, Filter};
 
-/// Holds the pinned particles of a system at rest.
+/// Writes the pinned particles of a system to `constraints`, at rest.
 pub fn hold_pins(system: &System, constraints: &mut Constraints) {
     for &pin in system.pins() {
         constraints.set(pin as usize, Filter::Fixed, Vec3::zeros());
@@ -11,7 +11,7 @@ pub fn hold_pins(system: &System, constraints: &mut Constraints) {
 }
 
 /// Gives pins on paths the velocity, m/s, that leads from `x` at time `t` to the path `h` seconds
-/// later. Other particles keep theirs.
+/// later. Velocities of other particles do not change.
 pub fn lead_pins(system: &System, t: f64, h: f64, x: &[Vec3], v: &mut [Vec3]) {
     for pin in system.moving_pins() {
         v[pin.particle] = (pin.position(t + h) - x[pin.particle]) / h;

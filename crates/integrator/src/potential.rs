@@ -14,10 +14,10 @@ fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
     Level { t, x, v }
 }
 
-/// The time constants of an implicit stage, `x = x* + τ_x v` and `M (v − v*) = τ_v f`.
+/// The two time constants of an implicit stage, `x = x* + τ_x v` and `M (v − v*) = τ_v f`.
 ///
-/// Both are the same in backward Euler, BDF and Runge–Kutta methods, and differ in the
-/// generalized-α family.
+/// They are equal in backward Euler, BDF and Runge–Kutta methods, and differ in the generalized-α
+/// family.
 ///
 /// ```
 /// use drape_integrator::Tau;
@@ -156,8 +156,8 @@ impl IncrementalPotential {
         }
     }
 
-    /// Begins a stage. `frozen` is the force of the explicit effects, N. `lagged` is the level with
-    /// the positions `x̂` for the directions of projected damping and the coefficients of drag.
+    /// Begins a stage. `frozen` is the force of the explicit effects, N. `lagged` is the level
+    /// whose positions `x̂` give the directions of projected damping and the coefficients of drag.
     pub fn begin(
         &mut self,
         system: &System,
@@ -254,12 +254,12 @@ impl IncrementalPotential {
         self.tau.v * sum.sqrt()
     }
 
-    /// The scale of residuals, √J: the change of velocity that the forces at the start would make
-    /// in the stage, `√m_min max(‖τ_v M⁻¹f(x*, v*)‖, ‖τ_v M⁻¹f_external‖)`. The second term keeps a
-    /// scale for a sheet that hangs at rest. The lightest free mass stands for all: by its own mass
-    /// a heavy particle would hide the residuals of the light ones. The scale does not depend on
-    /// the frame: if it contained the velocity itself, a sheet that moves fast as a whole would be
-    /// solved loosely.
+    /// The scale of residuals, √J: the change of velocity that the forces at the start would cause
+    /// in the stage, `√m_min max(‖τ_v M⁻¹f(x*, v*)‖, ‖τ_v M⁻¹f_external‖)`. The second term keeps
+    /// the scale above 0 for a sheet that hangs at rest. The lightest free mass is used for all
+    /// particles, because the mass of a heavy particle would hide the residuals of light ones. The
+    /// scale does not depend on the frame. If it contained the velocity, a fast sheet would be
+    /// solved too loosely.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -269,16 +269,16 @@ impl IncrementalPotential {
         self.external_force
     }
 
-    /// Round-off of residuals, √J: forces carry an error of some `ε_mach k |x|`, whatever the
+    /// Round-off of residuals, √J. Forces carry an error of about `ε_mach k |x|`, whatever the
     /// strain.
     pub fn round_off(&self) -> f64 {
         self.round_off
     }
 
-    /// The status of a solve that ended with `residual`, √J, where the settings asked for `wanted`.
-    /// It is `Stagnated` instead of `Converged` where the residual passed only as round-off and is
-    /// as large as the effect of the external forces. With `h = 0.01 s` and coordinates of a metre
-    /// this happens from some `k/m = 1e15/s²` on, where a sheet would stand in the air.
+    /// The status of a solve that ended with `residual`, √J, where the settings required `wanted`.
+    /// The status is `Stagnated` instead of `Converged` if the residual passed only as round-off
+    /// and is as large as the effect of the external forces. With `h = 0.01 s` and coordinates of a
+    /// metre, this happens from about `k/m = 1e15/s²` on. Such a sheet would hang in the air.
     pub fn status(&self, status: SolveStatus, residual: f64, wanted: f64) -> SolveStatus {
         let is_ignored = residual > wanted && residual > IGNORED * self.external;
         match status {
@@ -287,7 +287,7 @@ impl IncrementalPotential {
         }
     }
 
-    /// A residual over the scale; infinite where the scale is 0.
+    /// A residual, √J, divided by the scale; infinite if the scale is 0.
     pub fn relative(&self, residual: f64) -> f64 {
         if residual > 0.0 { residual / self.scale } else { residual }
     }
@@ -297,12 +297,13 @@ impl IncrementalPotential {
         self.tau
     }
 
-    /// The greatest `τ_x τ_v k/m`; `k` sums the stiffnesses of all effects on a particle.
+    /// The greatest `τ_x τ_v k/m` of a particle, where `k` sums the stiffnesses of all effects on
+    /// it.
     pub fn stiffness(&self) -> f64 {
         self.tau.x * self.tau.v * self.stiffest
     }
 
-    /// Level of the directions and coefficients of damping; without velocities unless an implicit
+    /// Level of the directions and coefficients of damping. It has no velocities unless an implicit
     /// effect drags.
     pub fn lagged(&self) -> Level<'_> {
         lagged(self.lagged_time, &self.directions, &self.lagged_velocity)
@@ -318,7 +319,7 @@ impl IncrementalPotential {
         self.implicit
     }
 
-    /// Force evaluations since the stage began, energies counted too.
+    /// Number of evaluations of forces or energies since the stage began.
     pub fn evaluations(&self) -> u32 {
         self.evaluations
     }
@@ -381,7 +382,7 @@ impl IncrementalPotential {
         weighted_dot(&self.inverse_mass, residual, residual).sqrt()
     }
 
-    /// As [`choose_start`](Self::choose_start) with the inertial target, by the least residual.
+    /// As [`choose_start`](Self::choose_start) with the inertial target, but by the least residual.
     pub fn choose_start_by_residual(
         &mut self,
         system: &System,

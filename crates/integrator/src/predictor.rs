@@ -1,4 +1,4 @@
-//! Start values for the solve.
+//! Start values for solves.
 
 use crate::Word;
 use drape_model::Vec3;
@@ -10,9 +10,9 @@ use drape_solvers::bands::in_bands;
 pub enum Start {
     /// At `v_n`.
     Last,
-    /// At the extrapolation `2 v_n − v_{n−1}`, EEH (22).
+    /// At the extrapolated velocity `2 v_n − v_{n−1}`, EEH (22).
     Extrapolated,
-    /// At the one of the two with the lower incremental potential.
+    /// At the candidate with the lower incremental potential.
     Best,
 }
 
@@ -21,7 +21,7 @@ impl Word for Start {
         &[("last", Self::Last), ("extrapolated", Self::Extrapolated), ("best", Self::Best)];
 }
 
-/// Remembers the previous velocity and extrapolates.
+/// Stores the previous velocity and extrapolates from it.
 #[derive(Clone, Debug, Default)]
 pub struct Predictor {
     previous: Vec<Vec3>,
@@ -45,15 +45,17 @@ impl Predictor {
         self.step_bits = other.step_bits;
     }
 
-    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`, in this many [`bands`](drape_solvers::bands); `v_n`
-    /// without history or after a change of the step size.
+    /// Writes `2 v_n − v_{n−1}`, m/s, to `out`, in the given number of
+    /// [`bands`](drape_solvers::bands). Writes `v_n` if there is no history, or if the step size
+    /// changed.
     #[doc(alias = "EEH 22")]
     pub fn extrapolate(&self, v: &[Vec3], h: f64, bands: usize, out: &mut [Vec3]) {
         let start = self.start(Start::Extrapolated, v, h);
         in_bands(bands, v.len(), out, &|band, out: &mut [Vec3]| start.part(band).write(out));
     }
 
-    /// Start of a solve for the velocity, m/s: `v_n` or its [extrapolation](Self::extrapolate).
+    /// The start value of a solve for the velocity, m/s: `v_n` or its
+    /// [extrapolation](Self::extrapolate).
     pub fn start<'a>(&'a self, start: Start, v: &'a [Vec3], h: f64) -> StartValue<'a> {
         if start == Start::Last || self.step_bits != Some(h.to_bits()) {
             StartValue::At(v)
@@ -62,20 +64,20 @@ impl Predictor {
         }
     }
 
-    /// Remembers `v_n`, m/s, before a step of `h` seconds replaces it.
+    /// Stores `v_n`, m/s. Call it before a step of `h` seconds replaces the velocity.
     pub fn remember(&mut self, v: &[Vec3], h: f64) {
         self.previous.copy_from_slice(v);
         self.step_bits = Some(h.to_bits());
     }
 
-    /// As [`remember`](Self::remember), without a copy. `v` then holds an older velocity, and the
-    /// caller must overwrite all of it.
+    /// As [`remember`](Self::remember), but without a copy. Afterwards `v` holds an older velocity,
+    /// and the caller must overwrite all of it.
     pub fn take(&mut self, v: &mut Vec<Vec3>, h: f64) {
         std::mem::swap(&mut self.previous, v);
         self.step_bits = Some(h.to_bits());
     }
 
-    /// Sets one particle's history to its new velocity, after a contact changed it.
+    /// Sets the history of one particle to its new velocity, m/s, after a contact changed it.
     pub fn forget(&mut self, particle: usize, v: &Vec3) {
         self.previous[particle] = *v;
     }

@@ -7,19 +7,19 @@ use std::ops::AddAssign;
 /// Why an operator was built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetupCause {
-    /// It did not exist.
+    /// The operator did not exist.
     First,
     /// The step size changed.
     StepSize,
     /// Stiffness, damping or masses changed.
     Stiffness,
-    /// The pinned set changed.
+    /// The set of pinned particles changed.
     Constraints,
-    /// The method rebuilds it each step by choice.
+    /// The settings request a rebuild in each step.
     EveryStep,
 }
 
-/// Number of set-ups by cause.
+/// Numbers of set-ups by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setups {
     /// First builds.
@@ -28,19 +28,19 @@ pub struct Setups {
     pub step_size: u32,
     /// Rebuilds after a change of stiffness, damping or masses.
     pub stiffness: u32,
-    /// Rebuilds after a change of the pinned set.
+    /// Rebuilds after a change of the set of pinned particles.
     pub constraints: u32,
-    /// Rebuilds that the method makes each step.
+    /// Rebuilds in each step at the request of the settings.
     pub every_step: u32,
 }
 
 impl Setups {
-    /// Set-ups of all causes.
+    /// Number of set-ups of all causes.
     pub fn total(&self) -> u32 {
         self.first + self.step_size + self.stiffness + self.constraints + self.every_step
     }
 
-    /// Counts one more.
+    /// Counts one more set-up of this cause.
     pub fn count(&mut self, cause: SetupCause) {
         *match cause {
             SetupCause::First => &mut self.first,
@@ -61,30 +61,31 @@ pub struct StepReport {
     pub outer_passes: u32,
     /// Newton iterations.
     pub newton_iterations: u32,
-    /// Factorisations of the step itself, Newton's among them; those of kept operators count as
-    /// set-ups.
+    /// Factorisations that the step itself made, Newton's among them. Those of kept operators count
+    /// as set-ups.
     pub factorisations: u32,
     /// Products of a matrix with a block vector.
     pub matvecs: u32,
-    /// Sweeps over the springs that evaluated forces or energies inside the step.
+    /// Sweeps over the springs inside the step that evaluated forces or energies.
     pub force_evaluations: u32,
     /// Set-ups of cached operators in this step; `prepare` made the first one.
     pub setups: Setups,
-    /// Steps inside the step, for methods that divide it; else 1. Rejected ones do not count.
+    /// Substeps that a method divided the step into; otherwise 1. Rejected substeps do not count.
     pub substeps: u32,
     /// Substeps that step size control rejected; the other counts include their costs.
     pub rejected: u32,
-    /// Greatest estimated local error of a substep over the tolerance; 0 without step size control.
+    /// Greatest estimated local error of a substep, divided by the tolerance; 0 without step size
+    /// control.
     pub error_estimate: f64,
-    /// Size that step size control would give the next substep, s; 0 without it.
+    /// Size that step size control would give the next substep, s; 0 without control.
     pub next_step: f64,
     /// Largest distance by which the method moved a position other than by integrating, m.
     pub correction: f64,
     /// Residual at the end, relative to the reference of the method's stop test; 0 for methods that
-    /// solve nothing or apply a kept inverse. Kang's method has no stop test: residual before its
-    /// last sweep.
+    /// solve nothing or apply a kept inverse. For Kang's method, which has no stop test, it is the
+    /// residual before the last sweep.
     pub relative_residual: f64,
-    /// How the solve ended.
+    /// How the solve of the step ended.
     pub solve: SolveStatus,
 }
 
@@ -110,7 +111,7 @@ impl Default for StepReport {
 }
 
 impl StepReport {
-    /// A report that starts with the set-up of this step, if there was one.
+    /// A report that starts with the set-up of this step, if the step made one.
     pub fn after_setup(cause: Option<SetupCause>) -> Self {
         let mut report = Self::default();
         if let Some(cause) = cause {
@@ -119,8 +120,8 @@ impl StepReport {
         report
     }
 
-    /// Adds one of several solves of a step: a solve that did not converge stays the status, so
-    /// that a later good one does not hide it.
+    /// Adds one of several solves of a step. If a solve did not converge, its status stays, so that
+    /// a later good solve does not hide it.
     pub fn add_stage(&mut self, solve: PcgReport) {
         let before = self.solve;
         *self += solve;

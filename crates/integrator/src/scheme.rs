@@ -13,9 +13,9 @@ use crate::{
 use drape_model::{State, System, Vec3};
 use std::fmt::Debug;
 
-/// A method; the type is the memory of its steps.
+/// A method. The implementing type is the memory of its steps.
 pub trait Scheme: Debug + Send + Sized + 'static {
-    /// Its settings.
+    /// Settings of the method.
     type Settings: Debug + Clone + Send + 'static;
 
     /// Description of the method.
@@ -24,13 +24,13 @@ pub trait Scheme: Debug + Send + Sized + 'static {
     /// Allocates and fills everything that a step of `h` seconds needs.
     ///
     /// # Errors
-    /// [`PrepareError`] when an operator cannot be built.
+    /// [`PrepareError`] if an operator cannot be built.
     fn new(system: &System, settings: &Self::Settings, h: f64) -> Result<Self, PrepareError>;
 
     /// Advances `state` by `h` seconds, without allocating.
     ///
     /// # Errors
-    /// [`StepError`] for a broken contract; the state is left as it was.
+    /// [`StepError`] for a broken contract. The state is unchanged.
     fn step(
         &mut self,
         settings: &Self::Settings,
@@ -48,25 +48,25 @@ pub trait Scheme: Debug + Send + Sized + 'static {
         None
     }
 
-    /// Whether results have the same bits on every machine, because no library factorises.
+    /// Whether results have the same bits on every machine. They have if no library factorises.
     fn is_portable(settings: &Self::Settings) -> bool;
 
-    /// Whether the order of the springs changes the result by more than round-off.
+    /// Whether the order of the springs affects the result by more than round-off.
     fn follows_springs(_settings: &Self::Settings) -> bool {
         false
     }
 }
 
-/// A step that was taken.
+/// A step that was taken, for the ledger.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken<'a> {
-    /// Its system.
+    /// System of the step.
     pub system: &'a System,
-    /// The state before it.
+    /// State before the step.
     pub before: &'a State,
-    /// The state after it.
+    /// State after the step.
     pub after: &'a State,
-    /// Its length.
+    /// Length of the step.
     pub h: TimeStep,
 }
 
@@ -92,19 +92,19 @@ impl<S: Scheme> Stepper<S> {
         Self { settings, scratch: Scratch::default() }
     }
 
-    /// Its settings.
+    /// The settings of the method.
     pub fn settings(&self) -> &S::Settings {
         &self.settings
     }
 
-    /// The memory of its steps, once prepared.
+    /// The memory of the method's steps; `None` before `prepare`.
     pub fn prepared(&mut self) -> Option<&mut S> {
         self.scratch.get_mut()
     }
 }
 
 impl<S: Rewind> Stepper<S> {
-    /// The method, under step size control where the settings ask for it.
+    /// The method, under step size control if the settings ask for it.
     pub fn controlled(settings: S::Settings) -> Box<dyn Integrator> {
         let tolerance = S::tolerance(&settings);
         let method = Self::new(settings);
@@ -154,7 +154,8 @@ impl<S: Scheme> Integrator for Stepper<S> {
     }
 }
 
-/// The memory that a step changes and the next one reads, except contacts and cached operators.
+/// The memory that a step changes and that the next step reads, except contacts and cached
+/// operators.
 pub trait Past: Clone + Debug + Send {
     /// Copies another past of the same size without allocating.
     fn copy_from(&mut self, other: &Self);
@@ -172,32 +173,32 @@ impl<const FIELDS: usize> Past for History<FIELDS> {
     }
 }
 
-/// A scheme whose steps can be taken back. Step size control needs no more.
+/// A scheme whose steps can be undone. Step size control needs no more.
 pub trait Rewind: Scheme {
-    /// Its memory of the past, beside its contacts.
+    /// Memory of the past, except contacts.
     type Past: Past;
 
-    /// Its memory of the past, and its contacts.
+    /// The memory of the past and the contacts.
     fn past(&mut self) -> (&mut Self::Past, &mut ContactSet);
 
-    /// Local error that a step may make, in mesh widths; 0: the method takes steps as given.
+    /// Local error that a step may make, in mesh widths; 0 if the method takes steps as given.
     fn tolerance(settings: &Self::Settings) -> f64;
 
-    /// Order at these settings.
+    /// Order of accuracy with these settings.
     fn order(settings: &Self::Settings) -> Order {
         Self::method(settings).order
     }
 
-    /// `C(ω)` of the local error `C h³ x'''` of a method of order 2; `ω` is the last step over the
-    /// one before. The default is the constant of two-step BDF.
+    /// The error constant `C(ω)` of the local error `C h³ x'''` of a method of order 2. `ω` is the
+    /// ratio of the last step to the step before it. The default is the constant of two-step BDF.
     fn error_constant(_settings: &Self::Settings, omega: f64) -> f64 {
         let sum = 1.0 + omega;
         sum * sum / (6.0 * omega * (1.0 + 2.0 * omega))
     }
 
-    /// Adds the part of the error that positions cannot show to `error`, m, after a step of `h`
-    /// seconds to the state `to`. A method that splits the force adds the error of the part at the
-    /// old level. The report counts the costs.
+    /// Adds to `error`, m, the part of the error that positions cannot show, after a step of `h`
+    /// seconds to the state `to`. A method that splits the force adds the error of the part that it
+    /// takes at the old level. The report counts the costs.
     fn add_splitting_error(
         &mut self,
         _settings: &Self::Settings,
@@ -210,16 +211,16 @@ pub trait Rewind: Scheme {
     }
 }
 
-/// A method for the registry, where it takes one line.
+/// A method as the registry stores it, in one line.
 #[derive(Clone, Copy, Debug)]
 pub struct Registration {
-    /// Its description.
+    /// Description of the method.
     pub method: &'static Method,
     /// Makes an integrator from checked settings.
     pub build: fn(&Settings) -> Result<Box<dyn Integrator>, SettingError>,
     /// Whether results have the same bits on every machine.
     pub is_portable: fn(&Settings) -> bool,
-    /// Whether the order of the springs changes the result by more than round-off.
+    /// Whether the order of the springs affects the result by more than round-off.
     pub follows_springs: fn(&Settings) -> bool,
 }
 

@@ -1,9 +1,9 @@
-//! Scratch memory of an integrator: `prepare` makes it, each step checks it.
+//! Scratch memory of an integrator. `prepare` makes it, and each step checks it.
 
 use crate::{StepError, TimeStep, lead_pins};
 use drape_model::{State, System};
 
-/// The memory that `prepare` allocated, with its topology.
+/// The memory that `prepare` allocated, with the topology that it was made for.
 #[derive(Debug)]
 pub struct Scratch<W> {
     prepared: Option<(u64, W)>,
@@ -16,27 +16,27 @@ impl<W> Default for Scratch<W> {
 }
 
 impl<W> Scratch<W> {
-    /// Keeps the memory that was prepared for `system`.
+    /// Stores the memory that was prepared for `system`.
     pub fn set(&mut self, system: &System, workspace: W) {
         self.prepared = Some((system.revisions().topology, workspace));
     }
 
-    /// The memory, if prepared, to read.
+    /// The memory, for reading; `None` if nothing was prepared.
     pub fn get(&self) -> Option<&W> {
         self.prepared.as_ref().map(|(_, workspace)| workspace)
     }
 
-    /// The memory, if prepared.
+    /// The memory; `None` if nothing was prepared.
     pub fn get_mut(&mut self) -> Option<&mut W> {
         self.prepared.as_mut().map(|(_, workspace)| workspace)
     }
 
-    /// The memory for a step of `h`. It first sets the velocity of each pinned particle to the one
-    /// of this step, 0 without a path, so that no neighbour feels another.
+    /// The memory for a step of `h`. It first sets the velocity of each pinned particle to its
+    /// velocity in this step (0 without a path). So no neighbour feels another velocity.
     ///
     /// # Errors
-    /// [`StepError::SizeMismatch`] when the state does not fit the system,
-    /// [`StepError::NeedsPrepare`] when nothing was prepared for this topology.
+    /// [`StepError::SizeMismatch`] if the state does not fit the system;
+    /// [`StepError::NeedsPrepare`] if nothing was prepared for this topology.
     pub fn ready(
         &mut self,
         system: &System,

@@ -1,9 +1,9 @@
 //! Settings of methods. [`settings!`](crate::settings) declares each of them once. [`Settings`]
-//! reads them from `key=value`, and names the known keys and values where it refuses one.
+//! reads them from `key=value`. An error lists the known keys or values.
 
 use std::fmt;
 
-/// The values that a setting takes.
+/// The values that a setting accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A number in a closed range.
@@ -27,7 +27,7 @@ pub enum Kind {
         /// Greatest value.
         max: u64,
     },
-    /// One of some words.
+    /// One of these words.
     Choice(&'static [&'static str]),
 }
 
@@ -45,39 +45,39 @@ impl fmt::Display for Kind {
 /// Declaration of one setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Its key.
+    /// Key of the setting.
     pub key: &'static str,
-    /// The values that it takes.
+    /// The values that the setting accepts.
     pub kind: Kind,
-    /// Its default, as text.
+    /// Default, as text.
     pub default: &'static str,
-    /// What it does.
+    /// Description for the user.
     pub help: &'static str,
 }
 
 /// Why a setting was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SettingError {
-    /// No such key.
+    /// There is no such key.
     #[error("{method} has no setting `{key}`; expected one of: {known}")]
     Unknown {
         /// Method id.
         method: &'static str,
-        /// What was given.
+        /// The key that was given.
         key: String,
-        /// The known keys.
+        /// The known keys, as a list in text.
         known: String,
     },
-    /// The value does not fit.
+    /// The value is not allowed.
     #[error("{method}: setting `{key}` is `{value}`; expected {expected}")]
     Value {
         /// Method id.
         method: &'static str,
         /// The key.
         key: &'static str,
-        /// What was given.
+        /// The value that was given.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         expected: String,
     },
     /// The value excludes the value of another setting.
@@ -102,17 +102,17 @@ pub enum SettingError {
     },
 }
 
-/// The values of all settings of a method, defaults filled in.
+/// The values of all settings of a method, with defaults filled in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     values: Vec<(&'static str, String)>,
 }
 
 impl Settings {
-    /// Checks `pairs` against a method's declarations and fills in the defaults.
+    /// Checks `pairs` of key and value against a method's declarations, and fills in the defaults.
     ///
     /// # Errors
-    /// An unknown key, a key given twice, or a value that does not fit.
+    /// A [`SettingError`] if a key is unknown or given twice, or if a value is not allowed.
     pub fn new<'a>(
         method: &'static str,
         declared: &'static [Setting],
@@ -156,13 +156,13 @@ impl Settings {
         self.values.iter().map(|(key, value)| (*key, value.as_str()))
     }
 
-    /// The text of a key; `None` where the method does not have it.
+    /// The value of a key, as text; `None` if the method does not have the key.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.iter().find(|(known, _)| *known == key).map(|(_, value)| value)
     }
 
-    /// The text of a declared key. A missing key is a bug: debug builds assert, release builds
-    /// return an empty string.
+    /// The value of a declared key, as text. A missing key is a bug: debug builds assert, release
+    /// builds return an empty string.
     pub fn word(&self, key: &str) -> &str {
         let value = self.get(key);
         debug_assert!(value.is_some(), "setting `{key}` is not declared");
@@ -175,9 +175,9 @@ impl Settings {
     }
 }
 
-/// A type of a setting.
+/// A type that a setting can have.
 pub trait Value: Copy {
-    /// Reads a text that fits the setting's [`Kind`]; `None` for any other text.
+    /// Reads a text that fits the [`Kind`] of the setting. Returns `None` for any other text.
     fn read(text: &str) -> Option<Self>;
 }
 
@@ -225,27 +225,28 @@ pub struct Declared<T> {
 }
 
 impl<T: Value> Declared<T> {
-    /// The value among `settings`; the default where the method does not have this setting.
+    /// Reads the value from `settings`. Returns the default if the method does not have this
+    /// setting.
     pub fn read(&self, settings: &Settings) -> T {
         settings.get(self.setting.key).and_then(T::read).unwrap_or(self.default)
     }
 }
 
-/// Settings declared by [`settings!`](crate::settings).
+/// A group of settings that [`settings!`](crate::settings) declares.
 pub trait Declares: Sized {
-    /// Their declarations.
+    /// The declarations of the settings.
     const SETTINGS: &'static [Setting];
 
     /// Reads checked settings.
     fn read(settings: &Settings) -> Self;
 }
 
-/// The settings of one method, which may exclude each other.
+/// The settings of one method, some of which may exclude each other.
 pub trait MethodSettings: Sized {
     /// Reads checked settings.
     ///
     /// # Errors
-    /// [`SettingError::Conflict`] for values that do not go together.
+    /// [`SettingError::Conflict`] if values do not go together.
     fn of(settings: &Settings) -> Result<Self, SettingError>;
 }
 
@@ -256,10 +257,10 @@ impl MethodSettings for () {
     }
 }
 
-/// Joins lists of declarations with `N` entries in all.
+/// Joins lists of declarations into one array of `N` entries.
 ///
 /// # Panics
-/// When there are more entries.
+/// If there are more than `N` entries.
 #[doc(hidden)]
 pub const fn join<const N: usize>(lists: &[&[Setting]]) -> [Setting; N] {
     const NOTHING: Setting = Setting { key: "", kind: Kind::Choice(&[]), default: "", help: "" };
@@ -275,7 +276,7 @@ pub const fn join<const N: usize>(lists: &[&[Setting]]) -> [Setting; N] {
     all
 }
 
-/// Number of declarations in several lists.
+/// Total number of declarations in several lists.
 #[doc(hidden)]
 pub const fn count(lists: &[&[Setting]]) -> usize {
     let (mut count, mut list) = (0, 0);

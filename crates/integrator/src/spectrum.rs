@@ -1,5 +1,5 @@
-//! An estimate and a bound of the largest eigenvalue of the stiffness, which limits every explicit
-//! step.
+//! An estimate and a bound of the largest eigenvalue of the stiffness. This eigenvalue limits every
+//! explicit step.
 
 use crate::Implicit;
 use crate::random::Lcg;
@@ -14,11 +14,11 @@ const CONVERGED: f64 = 0.01;
 const MOST_PRODUCTS: usize = 200;
 
 /// Estimates `λ_max(M⁻¹ K)`, 1/s², by power iteration, without a matrix. `K` is the Hessian of the
-/// potential energy. The part of each spring or angle is made positive semi-definite, so that
-/// compression does not hide the stiff modes.
+/// potential energy. The contribution of each spring or angle is made positive semi-definite, so
+/// that compression does not hide the stiff modes.
 ///
 /// The Rayleigh quotient approaches `λ_max` from below. The iteration starts from the vector of the
-/// last call: while the cloth changes slowly, two products a call are enough.
+/// last call. While the cloth changes slowly, two products per call are enough.
 #[derive(Clone, Debug)]
 pub struct LargestEigenvalue {
     direction: Vec<Vec3>,
@@ -34,15 +34,15 @@ impl LargestEigenvalue {
         estimate
     }
 
-    /// Starts again from a random vector, which has a part in every mode: after a change of the
-    /// system, or a jump of the state.
+    /// Starts again from a random vector, which contains every mode. Call it after a change of the
+    /// system, or after a jump of the state.
     pub fn restart(&mut self) {
         let mut random = Lcg::new();
         self.direction.fill_with(|| Vec3::from_fn(|_, _| random.signed()));
     }
 
-    /// Multiplies until ten products raise the estimate by less than 1 %, at most 200 times.
-    /// Returns the estimate and the number of products.
+    /// Iterates until ten products raise the estimate by less than 1 %, or until 200 products.
+    /// Returns the estimate, 1/s², and the number of products.
     pub fn converge(&mut self, system: &System, x: &[Vec3]) -> (f64, usize) {
         let mut last = self.estimate(system, x, BATCH);
         let mut products = BATCH;
@@ -86,7 +86,7 @@ impl LargestEigenvalue {
     }
 }
 
-/// Bounds `λ_max(M⁻¹ K)`, 1/s², over all positions; the bound depends on the system alone.
+/// Bounds `λ_max(M⁻¹ K)`, 1/s², at all positions. The bound depends on the system alone.
 ///
 /// The Hessian of a spring is at most `k` in every direction, so `K ≤ L_k` at all positions. With
 /// `d_i = Σ_j k_ij`, no eigenvalue of `M⁻¹ L_k` exceeds the greatest `d_i/m_i + d_j/m_j` of a
@@ -98,8 +98,8 @@ pub struct StiffnessBound {
 }
 
 impl StiffnessBound {
-    /// Memory for a system. `None` where an effect has a stiffness but no
-    /// [linear split](drape_model::LinearSplit): nothing bounds it at other positions.
+    /// Memory for a system. `None` if an effect has a stiffness but no
+    /// [linear split](drape_model::LinearSplit), because no bound is known at other positions.
     pub fn new(system: &System) -> Option<Self> {
         let is_known = |effect: &dyn Effect| {
             !effect.has_jacobian() || effect.split().is_some() || effect.is_drag()
@@ -113,8 +113,8 @@ impl StiffnessBound {
     }
 }
 
-/// Bounds `λ_max(M⁻¹ D)`, 1/s, of the springs' damping at all positions, as [`StiffnessBound`] does
-/// for the stiffness: `D ≤ L_c`, for full and for projected damping. Drag is not in it.
+/// Bounds `λ_max(M⁻¹ D)`, 1/s, of the springs' damping at all positions, in the same way as
+/// [`StiffnessBound`]: `D ≤ L_c`, for full and for projected damping. Drag is not included.
 #[derive(Clone, Debug)]
 pub struct DampingBound {
     damping_sums: Vec<f64>,
@@ -128,7 +128,7 @@ impl DampingBound {
         Self { damping_sums: vec![0.0; system.len()], known: None }
     }
 
-    /// The bound, 1/s; 0 without damped springs. It is evaluated where the system has changed.
+    /// The bound, 1/s; 0 without damped springs. It is evaluated again if the system has changed.
     pub fn evaluate(&mut self, system: &System) -> f64 {
         let revisions = system.revisions();
         match self.known {

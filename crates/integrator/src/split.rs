@@ -1,17 +1,17 @@
-//! The stiffness in the scalar matrix of springs with several slopes.
+//! Which stiffness the scalar matrix contains for springs with several slopes.
 
 use crate::{Declared, Implicit, Word, declare};
 use drape_model::{Effect, System, Vec3};
 
 /// The split `f = −L_K x + F2(x)` of springs with piecewise-linear tension. Any `K` is consistent,
-/// since `F2` holds the rest. For linear springs both splits are the same.
+/// because `F2` holds the rest. For linear springs both variants are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// The steepest slope of each spring: the matrix is constant, and the energy theorem holds.
     Majorant,
-    /// The slope of each spring at the start of the step, the reading of EEH section 5. The matrix
-    /// changes whenever a spring reaches another piece, and nothing bounds the energy where that
-    /// piece is steeper.
+    /// The slope of each spring at the start of the step, as in EEH section 5. The matrix changes
+    /// whenever a spring reaches another piece. If that piece is steeper, no bound on the energy
+    /// holds.
     Paper,
 }
 
@@ -39,7 +39,8 @@ pub struct Slopes {
 }
 
 impl Slopes {
-    /// Memory for a system; `None` where the split does not need it, or every spring has one slope.
+    /// Memory for a system; `None` if the split does not need slopes, or if every spring has only
+    /// one.
     pub fn new(system: &System, implicit: Implicit, split: Split) -> Option<Self> {
         let varies = |effect: &dyn Effect| effect.split().is_some_and(|s| !s.has_one_slope());
         (split == Split::Paper && implicit.effects(system).any(varies)).then(|| {
@@ -49,7 +50,7 @@ impl Slopes {
         })
     }
 
-    /// Takes the slopes at `x`; returns whether one has changed.
+    /// Evaluates the slopes at `x`, m. Returns whether one has changed.
     pub fn update(&mut self, system: &System, x: &[Vec3]) -> bool {
         let mut places = self.list.iter_mut();
         let mut changed = false;
@@ -64,7 +65,7 @@ impl Slopes {
         changed
     }
 
-    /// As [`Implicit::visit_weights`], with the slopes.
+    /// As [`Implicit::visit_weights`], with the slopes in place of the stiffnesses.
     pub fn visit_weights(&self, system: &System, visit: &mut dyn FnMut(usize, usize, f64, f64)) {
         let mut slopes = self.list.iter();
         self.implicit.visit_weights(system, &mut |i, j, k, c| {
@@ -72,8 +73,8 @@ impl Slopes {
         });
     }
 
-    /// Adds `F2 = F + L_K x`, N: the implicit springs' force at `x` without the part of these
-    /// slopes.
+    /// Adds `F2 = F + L_K x`, N, to `out`: the force of the implicit springs at `x` without the
+    /// linear part of these slopes.
     pub fn add_nonlinear_forces(&self, system: &System, x: &[Vec3], out: &mut [Vec3]) {
         self.implicit.add_implicit_forces(system, x, out);
         self.visit_weights(system, &mut |i, j, k, _| {

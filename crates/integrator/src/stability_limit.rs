@@ -18,14 +18,14 @@ const EVALUATIONS_PER_PRODUCT: u32 = 3;
 /// Most substeps in a step. A step that needs more would not end in a time that anyone waits for.
 const MOST_SUBSTEPS: u32 = 100_000;
 
-/// Whether an explicit method divides its steps.
+/// How an explicit method divides its steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepControl {
-    /// No.
+    /// Not at all.
     Fixed,
     /// Into equal substeps within an estimated stability limit, which follows the cloth.
     Auto,
-    /// Into equal substeps within a stability limit for all positions.
+    /// Into equal substeps within a stability limit that holds at all positions.
     Bound,
 }
 
@@ -38,7 +38,7 @@ impl StepControl {
     /// The limit that a method with this setting follows; `None` for fixed steps.
     ///
     /// # Errors
-    /// [`PrepareError::Unsupported`] where the setting asks for a bound and none is known.
+    /// [`PrepareError::Unsupported`] if the setting asks for a bound and none is known.
     pub fn limit(
         self,
         system: &System,
@@ -58,14 +58,14 @@ impl StepControl {
     }
 }
 
-/// The largest eigenvalue `λ` of `M⁻¹∇²U`, as the cloth moves or for all positions, and the
-/// division of a step that it asks for.
+/// The largest eigenvalue `λ` of `M⁻¹∇²U`, followed as the cloth moves or bounded at all positions,
+/// and the division of a step that it requires.
 #[derive(Debug)]
 pub struct StabilityLimit {
     source: Source,
     /// The present value of `λ`, 1/s².
     lambda: f64,
-    /// The system of `lambda`; `None` before the first.
+    /// Revisions of the system that `lambda` belongs to; `None` before the first value.
     known_for: Option<Revisions>,
 }
 
@@ -79,15 +79,15 @@ enum Source {
 }
 
 impl StabilityLimit {
-    /// A limit that follows the cloth: 1.05 times an estimate by power iteration. It converges at
-    /// first and after a change of the system. Later estimates take two products for every thirty
-    /// substeps since the last one, at most twenty.
+    /// A limit that follows the cloth: 1.05 times an estimate by power iteration. The first
+    /// estimate, and each estimate after a change of the system, iterates to convergence. Later
+    /// estimates use two products for every thirty substeps since the last one, and at most twenty.
     pub fn followed(system: &System) -> Self {
         let eigenvalue = LargestEigenvalue::new(system);
         Self::new(Source::Followed { eigenvalue, substeps_since: 0 })
     }
 
-    /// A limit for all positions ([`StiffnessBound`]); `None` where no bound is known.
+    /// A limit that holds at all positions ([`StiffnessBound`]); `None` if no bound is known.
     pub fn bound(system: &System) -> Option<Self> {
         StiffnessBound::new(system).map(|bound| Self::new(Source::Bound(bound)))
     }
@@ -101,11 +101,11 @@ impl StabilityLimit {
         self.known_for = None;
     }
 
-    /// The least number of equal substeps in `h` seconds that are at most `longest(λ)` seconds each
-    /// at `x`; 1 where that is infinite or undefined.
+    /// The least number of equal substeps of `h` seconds that are each at most `longest(λ)` seconds
+    /// long, with `λ` at `x`; 1 if that number is undefined or `longest` is infinite.
     ///
     /// # Errors
-    /// [`StepError::TooManySubsteps`] above 100 000.
+    /// [`StepError::TooManySubsteps`] above 100 000 substeps.
     pub fn substeps(
         &mut self,
         system: &System,
@@ -120,16 +120,16 @@ impl StabilityLimit {
         Ok(count)
     }
 
-    /// `λ` at `x`, 1/s². The report is charged for the products with the Hessian.
+    /// `λ` at `x`, 1/s². The report counts the products with the Hessian.
     pub fn stiffness(&mut self, system: &System, x: &[Vec3], report: &mut StepReport) -> f64 {
         report.force_evaluations += EVALUATIONS_PER_PRODUCT * self.update(system, x);
         self.lambda
     }
 
-    /// A number of substeps that a step can take, 1 for what is not finite.
+    /// Checks a number of substeps and converts it to an integer; 1 if it is not finite.
     ///
     /// # Errors
-    /// [`StepError::TooManySubsteps`] above 100 000.
+    /// [`StepError::TooManySubsteps`] above 100 000 substeps.
     pub fn check(count: f64) -> Result<u32, StepError> {
         let count = if count.is_finite() { (count as u32).max(1) } else { 1 };
         if count > MOST_SUBSTEPS {
@@ -138,7 +138,7 @@ impl StabilityLimit {
         Ok(count)
     }
 
-    /// Counts the substeps of a step, after which a followed limit is due for its next estimate.
+    /// Counts the substeps of a step. They determine when a followed limit makes its next estimate.
     pub fn took(&mut self, count: u32) {
         if let Source::Followed { substeps_since, .. } = &mut self.source {
             *substeps_since = substeps_since.saturating_add(count);

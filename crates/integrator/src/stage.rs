@@ -9,7 +9,7 @@ use drape_model::{Level, System, Vec3};
 use drape_solvers::Constraints;
 
 settings! {
-    /// When Newton's method stops, and how it solves.
+    /// When Newton's method stops, and how it solves its linear systems.
     pub struct StageSettings {
         /// residual at which Newton stops, relative to the change of velocity that the forces would
         /// make; never below round-off
@@ -24,10 +24,10 @@ settings! {
 }
 
 /// The stage `M (v − v*) = τ_v f(x, v)`, `x = x* + τ_x v`. It is EEH (10), `x'' = M⁻¹ f(x, x')` as
-/// a system of first order, under any implicit method. Newton's iteration has the `3n` unknowns of
+/// a system of first order, for any implicit method. Newton's iteration has the `3n` unknowns of
 /// section 2.3, since `x` follows from `v`.
 ///
-/// With one `τ` for both:
+/// With `τ = τ_x = τ_v`:
 ///
 /// | method | `τ` | `x*` | `v*` |
 /// |---|---|---|---|
@@ -43,13 +43,14 @@ pub struct Stage<'a> {
     pub tau: Tau,
     /// The time at the end of the stage, s.
     pub end: f64,
-    /// `(x*, v*)`, m and m/s.
+    /// The vectors `(x*, v*)`, m and m/s.
     pub from: (&'a [Vec3], &'a [Vec3]),
-    /// Level of everything that is not implicit: explicit forces, directions of projected damping,
-    /// and coefficients of drag. A method of order `p` needs it within `O(h^p)` of the new level.
+    /// Level of all parts that are not implicit: explicit forces, directions of projected damping,
+    /// and coefficients of drag. A method of order `p` must choose it within `O(h^p)` of the new
+    /// level.
     pub lagged: Level<'a>,
-    /// Velocity at the start of the step, m/s: contacts bounce with it, and it is the first
-    /// candidate for the start of Newton's method.
+    /// Velocity at the start of the step, m/s. Contacts bounce with it, and Newton's method takes
+    /// it as the first candidate for its start.
     pub velocity: &'a [Vec3],
 }
 
@@ -64,10 +65,11 @@ pub struct ImplicitStage {
 }
 
 impl ImplicitStage {
-    /// Memory and symbolic factorisation, for solves by [factors](NewtonLinear::CHOLESKY).
+    /// Allocates memory and makes the symbolic factorisation, for solves by
+    /// [factors](NewtonLinear::CHOLESKY).
     ///
     /// # Errors
-    /// [`PrepareError::Solver`] when the symbolic factorisation fails.
+    /// [`PrepareError::Solver`] if the symbolic factorisation fails.
     pub fn new(system: &System) -> Result<Self, PrepareError> {
         Self::with_linear(system, NewtonLinear::CHOLESKY)
     }
@@ -83,8 +85,8 @@ impl ImplicitStage {
         Ok(Self { potential, newton, frozen: zeros(), velocity: zeros(), impulse: zeros() })
     }
 
-    /// Solves a stage, starting at the one of `stage.velocity`, `start` and the inertial target
-    /// with the lowest potential. It detects contacts at `x*`.
+    /// Solves a stage. It detects contacts at `x*`. It starts from the candidate with the lowest
+    /// potential: `stage.velocity`, `start` or the inertial target.
     ///
     /// # Errors
     /// As [`Newton::minimise`].
@@ -106,7 +108,7 @@ impl ImplicitStage {
         self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
     }
 
-    /// As [`solve`](Self::solve), under contacts that are already detected.
+    /// As [`solve`](Self::solve), but with contacts that are already detected.
     ///
     /// # Errors
     /// As [`Newton::minimise`].
@@ -154,7 +156,7 @@ impl ImplicitStage {
         Ok(())
     }
 
-    /// Forgets the saved factor, if any.
+    /// Forgets the saved factor, if there is one.
     pub fn restart(&mut self) {
         self.newton.restart();
     }

@@ -1,4 +1,4 @@
-//! Memory of methods whose steps consist of implicit stages under one set of contacts.
+//! Memory of methods whose steps consist of several implicit stages under one set of contacts.
 
 use crate::{
     ContactSet, ImplicitStage, MultistepMotion, NewtonLinear, Phase, PhaseClock, PrepareError,
@@ -10,19 +10,20 @@ use drape_solvers::Constraints;
 /// An [`ImplicitStage`] with its input, pins and contacts, and the accelerations that follow from
 /// its solution.
 ///
-/// Along its constraint a particle in contact, or led by a pin, moves at one velocity through the
-/// whole step, so that it ends where the constraint wants it.
+/// A particle in contact, or led by a pin, moves at one velocity along its constraint through the
+/// whole step. So it ends where the constraint requires.
 #[derive(Debug)]
 pub struct StageMemory {
-    /// Solves a stage.
+    /// Solver of a stage.
     pub stage: ImplicitStage,
     /// `X*`, m.
     pub x_star: Vec<Vec3>,
     /// `V*`, m/s.
     pub v_star: Vec<Vec3>,
-    /// Prediction of the end of the stage, m and m/s.
+    /// Prediction of positions (m) and velocities (m/s) at the end of the stage.
     pub ahead: (Vec<Vec3>, Vec<Vec3>),
-    /// Velocity with which the step begins, m/s: `v_n` after impacts and with pins that are led.
+    /// Velocity at the start of the step, m/s: `v_n` after impacts, with pins led along their
+    /// paths.
     pub first: Vec<Vec3>,
     /// Contacts of the step.
     pub contacts: ContactSet,
@@ -32,7 +33,7 @@ pub struct StageMemory {
 }
 
 impl StageMemory {
-    /// Memory and symbolic factorisation.
+    /// Allocates memory and makes the symbolic factorisation.
     ///
     /// # Errors
     /// As [`ImplicitStage::new`].
@@ -50,8 +51,8 @@ impl StageMemory {
         })
     }
 
-    /// Finds the contacts of a step of `h` seconds, once for all stages, and the velocity with
-    /// which it begins.
+    /// Finds the contacts of a step of `h` seconds, once for all stages, and the velocity at its
+    /// start.
     pub fn begin(&mut self, system: &System, state: &State, h: f64, clock: &mut PhaseClock) {
         let Self { first, contacts, constraints, .. } = self;
         clock.switch(Phase::Contact);
@@ -61,7 +62,7 @@ impl StageMemory {
         contacts.strike(system, constraints, &state.v, first);
     }
 
-    /// `M⁻¹f` at the start of a step, 0 for pinned particles, m/s².
+    /// Writes `M⁻¹f` at the start of a step, m/s²; 0 for pinned particles.
     pub fn accelerate(
         &self,
         system: &System,
@@ -76,9 +77,10 @@ impl StageMemory {
         }
     }
 
-    /// Hands out what damping adds to accelerations since they belonged to the velocity `known`:
-    /// impacts or pins may have changed velocities. Evaluating the whole force again would multiply
-    /// the residual of the last stage by `h²k/m`.
+    /// Calls `add` with each free particle and a part of the change of its damping acceleration,
+    /// m/s², since the accelerations belonged to the velocity `known`. Impacts or pins may have
+    /// changed velocities since then. A new evaluation of the whole force would multiply the
+    /// residual of the last stage by `h²k/m`.
     pub fn damp(
         &mut self,
         system: &System,
@@ -103,9 +105,9 @@ impl StageMemory {
         report.force_evaluations += 1;
     }
 
-    /// `M⁻¹f = (v − V*)/τ` at the solution of a stage, m/s², without the impulses of pins and
-    /// contacts: each stage finds these anew, and the coefficients of a method would turn an impact
-    /// round.
+    /// Writes `M⁻¹f = (v − V*)/τ` at the solution of a stage, m/s², without the impulses of pins
+    /// and contacts. Each stage finds these impulses anew, and the coefficients of a method would
+    /// reverse an impact.
     pub fn unload(&mut self, system: &System, tau: f64, out: &mut [Vec3], report: &mut StepReport) {
         let Self { stage, v_star, scratch, contacts, constraints, .. } = self;
         for (i, v) in stage.velocity().iter().enumerate() {
@@ -121,22 +123,23 @@ impl StageMemory {
         }
     }
 
-    /// Notes in `X*` where the pins on paths end a step of `h` seconds from `x`. Summed over
-    /// stages, their way would be off by round-off, which they would follow in the next step.
+    /// Stores in `X*` where the pins on paths are after a step of `h` seconds from `x`. If their
+    /// displacements were summed over the stages, the sum would be wrong by round-off, which the
+    /// pins would correct in the next step.
     pub fn lead(&mut self, system: &System, x: &[Vec3], h: f64) {
         for i in system.moving_pins().iter().map(|pin| pin.particle) {
             self.x_star[i] = x[i] + self.first[i] * h;
         }
     }
 
-    /// Puts the pins on paths where [`lead`](Self::lead) noted.
+    /// Moves the pins on paths to the places that [`lead`](Self::lead) stored.
     pub fn place(&self, system: &System, x: &mut [Vec3]) {
         for i in system.moving_pins().iter().map(|pin| pin.particle) {
             x[i] = self.x_star[i];
         }
     }
 
-    /// Forgets contacts and the saved factor, if any.
+    /// Forgets contacts and the saved factor, if there is one.
     pub fn restart(&mut self) {
         self.contacts.restart();
         self.stage.restart();

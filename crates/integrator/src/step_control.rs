@@ -1,9 +1,9 @@
-//! Control of the step size: an estimate of the local error of positions, and a controller.
+//! Control of the step size: an estimate of the local error of positions, and a PI controller.
 
 use crate::{ContactSet, Declared, History, Order, declare};
 use drape_model::{State, System, Vec3};
 
-/// Setting `tolerance`.
+/// The setting `tolerance`.
 pub const TOLERANCE: Declared<f64> = declare!(
     tolerance: f64 off or in 1e-8..=1.0 = 0,
     "local error of positions that a step may make, in mesh widths; the method then divides each \
@@ -23,12 +23,12 @@ const LEAST_ERROR: f64 = 1e-6;
 /// Factor after a step whose solver failed.
 const AFTER_FAILURE: f64 = 0.5;
 
-/// The decision about a step.
+/// A decision about a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// Whether it is accepted.
+    /// Whether the step is accepted.
     pub accepted: bool,
-    /// Factor of the step size for the next attempt; 1 inside the dead band.
+    /// Factor for the step size of the next attempt; 1 inside the dead band.
     pub factor: f64,
 }
 
@@ -38,8 +38,8 @@ pub struct Decision {
 /// h ← h · clamp(0.9 e_n^{−0.7/(p+1)} e_{n−1}^{0.4/(p+1)}, 0.2, 2)
 /// ```
 ///
-/// with the errors `e` over the tolerance. The controller rejects steps with `e > 1`. Their factor
-/// follows from the last error alone, and the step after them does not grow.
+/// with the errors `e` over the tolerance. The controller rejects steps with `e > 1`. After a
+/// rejection the factor depends on the last error alone, and the next step does not grow.
 ///
 /// ```
 /// use drape_integrator::{Order, StepController};
@@ -61,7 +61,7 @@ impl StepController {
     }
 
     /// Judges a step of a method of this order by its error over the tolerance; `solved` is false
-    /// where its solver failed.
+    /// if the solver of the step failed.
     pub fn judge(&mut self, order: Order, error: f64, solved: bool) -> Decision {
         let exponent = 1.0 / f64::from(order.number() + 1);
         if !solved || !error.is_finite() {
@@ -100,9 +100,9 @@ impl Default for StepController {
 ///           P = (1 + 1/ω)(1 + 1/ω + h_{n−2}/h_n)/6
 /// ```
 ///
-/// The method's error is `C h³ x'''`, the extrapolation's `P h³ x'''`. With equal steps of BDF
-/// (`C = 2/9`) the factor is `2/11`. A particle with one past level less takes the formula of order
-/// 1, and a particle without a past takes `e = ½ (x_{n+1} − x_n − h v_n)`.
+/// The method's error is `C h³ x'''`, the error of the extrapolation is `P h³ x'''`. With equal
+/// steps of BDF (`C = 2/9`) the factor is `2/11`. A particle with one past level less uses the
+/// formula of order 1, and a particle without a past uses `e = ½ (x_{n+1} − x_n − h v_n)`.
 #[derive(Debug)]
 pub struct LocalError {
     levels: History<1>,
@@ -123,7 +123,8 @@ impl LocalError {
         self.known.fill(0);
     }
 
-    /// Estimates the error of a step of `h` seconds; `constant` is `C(ω)` of a method of order 2.
+    /// Estimates the error of a step of `h` seconds; `constant` is the error constant `C(ω)` of a
+    /// method of order 2.
     pub fn measure(
         &mut self,
         order: Order,
@@ -157,7 +158,7 @@ impl LocalError {
         }
     }
 
-    /// The estimates, m, for a method that adds a further part of its error.
+    /// The estimates per particle, m, for methods that add a further part of their error.
     pub fn vectors(&mut self) -> &mut [Vec3] {
         &mut self.error
     }
@@ -175,7 +176,7 @@ impl LocalError {
         (sum / count.max(1.0)).sqrt()
     }
 
-    /// Remembers the level before an accepted step of `h` seconds.
+    /// Stores the level before an accepted step of `h` seconds.
     pub fn accept(&mut self, from: &State, h: f64, contacts: Option<&ContactSet>) {
         self.levels.push(h, [&from.x]);
         for (i, known) in self.known.iter_mut().enumerate() {
@@ -185,7 +186,8 @@ impl LocalError {
     }
 }
 
-/// Mean rest length of the tension springs, else of all springs, m; 1 m without springs.
+/// Mean rest length of the tension springs, m. Without them it is the mean of all springs, and
+/// without springs 1 m.
 pub fn mesh_width(system: &System) -> f64 {
     let mean = |tension: bool| {
         let (mut sum, mut count) = (0.0, 0.0);

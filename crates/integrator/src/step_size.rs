@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct TimeStep(f64);
 
-/// A step size that is not positive and finite.
+/// An error: the step size is not positive and finite.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the step size is {0} s; expected a positive finite number of seconds")]
 pub struct InvalidTimeStep(pub f64);
@@ -13,7 +13,7 @@ impl TimeStep {
     /// Checks a number of seconds.
     ///
     /// # Errors
-    /// [`InvalidTimeStep`] unless it is positive and finite.
+    /// [`InvalidTimeStep`] unless `seconds` is positive and finite.
     pub fn new(seconds: f64) -> Result<Self, InvalidTimeStep> {
         if seconds > 0.0 && seconds.is_finite() {
             Ok(Self(seconds))
@@ -28,7 +28,7 @@ impl TimeStep {
         Self(seconds)
     }
 
-    /// Its length, s.
+    /// The length of the step, s.
     pub fn seconds(self) -> f64 {
         self.0
     }

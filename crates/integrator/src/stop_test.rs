@@ -1,9 +1,9 @@
 //! The reference of the stop test of a linear solve.
 //!
-//! `|b|` would not do, because it grows with three things. It holds the momentum `M v_n`, so a fast
-//! sheet would be solved loosely. Across the springs it grows like `θ`: there `b = A v`, and `A`
-//! has the full stiffness in directions in which the springs have none. And one heavy particle
-//! hides the residuals of all light ones.
+//! `|b|` is not suitable, because it grows for three reasons that do not matter. It holds the
+//! momentum `M v_n`, so a fast sheet would be solved too loosely. Across the springs it grows like
+//! `θ`: there `b = A v`, and `A` has the full stiffness in directions in which the springs have
+//! none. And one heavy particle hides the residuals of all light ones.
 
 use crate::{ContactSet, LaplacianSolver};
 use drape_model::{Effect, EffectKind, Revisions, State, System, Vec3};
@@ -19,12 +19,13 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// is the impulse of the forces of the old level, and `m_min` the lightest free mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopNorm {
-    /// `|S r| ≤ ε m_min |M⁻¹ S p|`: no particle's velocity is off by more than a part of the change
-    /// of velocity that the forces make. It is the same in every frame.
+    /// `|S r| ≤ ε m_min |M⁻¹ S p|`: the error of each particle's velocity is a fraction of the
+    /// change of velocity that the forces make. The test is the same in every frame.
     Velocity,
     /// `|S r| ≤ ε |S b|`, as Eberhardt, Etzmuß and Hauth print it.
     Euclid,
-    /// As [`Velocity`](Self::Velocity), both sides in the norm `√(rᵀPr)` of the preconditioner.
+    /// As [`Velocity`](Self::Velocity), with both sides in the norm `√(rᵀPr)` of the
+    /// preconditioner.
     Preconditioned,
 }
 
@@ -45,16 +46,16 @@ pub fn lightest_free_mass(system: &System) -> f64 {
     if mass.is_finite() { mass } else { 1.0 }
 }
 
-/// Where a step starts, and the `τ` of its solve, s.
+/// The start of a step, and the time constant `τ` of its solve, s.
 #[derive(Clone, Copy, Debug)]
 pub struct StepStart<'a> {
-    /// The system.
+    /// System of the step.
     pub system: &'a System,
-    /// Its state at level `n`.
+    /// State at level `n`.
     pub state: &'a State,
-    /// The length of the solve, s.
+    /// Time constant of the solve, s.
     pub tau: f64,
-    /// Whether the step rounds positions before it takes the forces there.
+    /// Whether the step rounds positions before it evaluates the forces there.
     pub rounds_positions: bool,
 }
 
@@ -101,14 +102,14 @@ impl Sums {
 /// Computes the reference of the stop test of each step.
 ///
 /// The reference is the impulse that would change the velocity of a particle of the lightest mass
-/// as the forces of level `n` change that of each particle in a step. Where it is more, it is that
-/// of the external forces alone, which keeps a reference for a sheet that hangs at rest. `ε` times
-/// the reference is not below round-off, each row counted by the lightest mass over its own: the
-/// round-off of a heavy particle would hide the light ones. Its own row may stay above the
-/// reference; see [`LaplacianSolver::solve_from`].
+/// as the forces of level `n` change that of each particle in a step. If the same impulse of the
+/// external forces alone is greater, it is used instead, so a sheet that hangs at rest has a
+/// reference. `ε` times the reference is never below round-off. Each row counts with the lightest
+/// mass over its own, because the round-off of a heavy particle would hide the light ones. The row
+/// of a heavy particle itself may stay above the reference; see [`LaplacianSolver::solve_from`].
 ///
-/// Particles that friction holds count as free along the surface: the reference must also serve
-/// where they turn out to slide.
+/// Particles that friction holds count as free along the surface, because the reference must also
+/// be correct if they turn out to slide.
 #[derive(Debug)]
 pub struct StepReference {
     norm: StopNorm,
@@ -152,7 +153,7 @@ impl StepReference {
         }
     }
 
-    /// The reference of a step. `impulse` is `p_i`, kg m/s: `τ` times the forces of level `n` on a
+    /// The reference of a step. `impulse` is `p`, kg m/s: `τ` times the forces of level `n` on each
     /// particle.
     pub fn of(
         &mut self,

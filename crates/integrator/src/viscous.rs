@@ -3,8 +3,8 @@
 use crate::{Implicit, LaplacianSolver};
 use drape_model::{State, System, Vec3};
 
-/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and the other
-/// forces.
+/// The impulse of the springs with the artificial viscosity of Desbrun et al. (1999), and the
+/// forces of the other effects.
 ///
 /// With `A = M + h² L_k + h L_c` and the force `F` of the springs,
 ///
@@ -28,7 +28,7 @@ impl ViscousImpulse {
         Self { impulse: zeros(), external: zeros(), product: zeros() }
     }
 
-    /// Evaluates both at `state`, with one product of the matrix.
+    /// Evaluates both parts at `state`, with one product of the matrix.
     pub fn assemble(
         &mut self,
         linear: &mut LaplacianSolver,
@@ -56,7 +56,7 @@ impl ViscousImpulse {
         &self.impulse
     }
 
-    /// Force of all effects that are no springs, N.
+    /// Force of all effects other than springs, N; one entry per particle.
     pub fn external(&self) -> &[Vec3] {
         &self.external
     }

@@ -41,8 +41,9 @@ const ODD: [f64; 5] = [
 /// A quotient of arguments below this needs no case of its own: 2⁶³.
 const STEEPEST: f64 = 9.223_372_036_854_776e18;
 
-/// `atan2(y, x)`, and `usual` with zeros where the arguments are not: infinite, not a number, both
-/// zero, or with a quotient of some 2⁶³ or more. The angle is then not that of `libm`.
+/// `atan2(y, x)`, and `usual` with zeros where the arguments are unusual: infinite, not a number,
+/// both zero, or with a quotient of about 2⁶³ or more. For unusual arguments the angle is not that
+/// of `libm`.
 #[inline(always)]
 pub fn atan2<F: Four>(
     four: F,

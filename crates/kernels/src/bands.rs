@@ -1,7 +1,7 @@
 //! Sweeps over vectors in contiguous bands of blocks, some bands per thread.
 //!
-//! The unit is the [`BLOCK`] of the documented order of sums. A band is summed by whole blocks, and
-//! the sums of the blocks are added from the first to the last afterwards. So results do not depend
+//! The unit is the [`BLOCK`] of the documented order of sums. A band sums whole blocks, and
+//! afterwards the sums of the blocks are added from the first to the last. So results do not depend
 //! on the number of bands.
 //!
 //! # What threads cost
@@ -10,20 +10,20 @@
 //! Four things then decide how much another thread gains:
 //!
 //! * Cores are not equally fast at every moment, because other programs use them too. With one band
-//!   a thread, all wait for the slowest band. With [`BANDS_PER_THREAD`] a thread that is done takes
-//!   a band of another.
+//!   per thread, all wait for the slowest band. With [`BANDS_PER_THREAD`] a thread that is done
+//!   takes over a band of another thread.
 //! * A thread of the pool that finds nothing to do goes to sleep after some tens of microseconds,
-//!   and to wake it takes as long again. The maker of the pool can keep its threads looking for
-//!   bands as long as a run lasts, as the harness's `Team` does.
+//!   and waking it takes as long again. The owner of the pool can keep its threads awake for the
+//!   duration of a run, as the harness's `Team` does.
 //! * The scheduler may let two threads take turns on one processor beside an idle one, for a tenth
-//!   of a second or for a whole run. A `Team` that takes all processors keeps each thread to its
-//!   own.
-//! * Cores share the way to memory. Where vectors do not stay in caches, the number of reads and
-//!   writes counts, whatever the number of threads.
+//!   of a second or for a whole run. A `Team` that uses all processors binds each thread to one of
+//!   them.
+//! * * Cores share the path to memory. If vectors do not stay in caches, the number of reads and
+//!   writes limits the speed, whatever the number of threads.
 //!
 //! The table shows the gain of two threads over one for IMEX Euler on 316 × 316 particles: medians
-//! of eight pairs, in two series on two shared cores of a Zen 5. Threads had no processors of their
-//! own then.
+//! of eight pairs, in two series on two shared cores of a Zen 5. The threads were not bound to
+//! processors.
 //!
 //! | bands per thread | threads sleep | threads stay awake |
 //! |---|---|---|
@@ -36,19 +36,20 @@ use crate::vector::BLOCK;
 use std::ops::Range;
 
 /// Fewest particles that threads share. A sweep takes about a nanosecond per particle, and waking
-/// another thread takes some microseconds: half of such a sweep is worth it.
+/// another thread takes some microseconds. Half of a sweep over this many particles takes longer
+/// than that.
 pub const LEAST_FOR_THREADS: usize = 16_384;
 /// Bands for each thread, given enough particles.
 pub const BANDS_PER_THREAD: usize = 4;
 /// Fewest particles of a band, if there is more than one.
 const LEAST_OF_A_BAND: usize = 4096;
 
-/// Number of bands for this many `threads` and `particles`; one if either are too few.
+/// Number of bands for `threads` and `particles`; 1 if either is too small.
 pub fn bands(threads: usize, particles: usize) -> usize {
     bands_of(threads, particles, 0)
 }
 
-/// As [`bands`], where no band should have fewer than `least` particles.
+/// As [`bands`], if no band should have fewer than `least` particles.
 pub fn bands_of(threads: usize, particles: usize, least: usize) -> usize {
     if threads < 2 || particles < LEAST_FOR_THREADS {
         return 1;
@@ -57,13 +58,13 @@ pub fn bands_of(threads: usize, particles: usize, least: usize) -> usize {
     (BANDS_PER_THREAD * threads).min(most).max(1)
 }
 
-/// Memory that a sweep writes, and that can be cut between blocks.
+/// Memory that a sweep writes, and that can be split between blocks.
 pub trait Divisible: Send + Sized {
-    /// The part of the first `blocks` blocks of particles, and the rest.
+    /// Splits off the part of the first `blocks` blocks of particles; returns it and the rest.
     fn split(self, blocks: usize) -> (Self, Self);
 }
 
-/// One item a particle.
+/// One item per particle.
 impl<T: Send> Divisible for &mut [T] {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {
@@ -107,9 +108,9 @@ impl<A: Divisible, B: Divisible, C: Divisible, D: Divisible> Divisible for (A, B
     }
 }
 
-/// Cuts `particles` and `part` into so many [`bands`] and hands each to `sweep`, on the current
-/// [`rayon`] pool. The caller sweeps a single band itself, without the pool. Nothing is allocated
-/// here.
+/// Splits `particles` and `part` into [`bands`] and passes each band to `sweep`, on the current
+/// [`rayon`] pool. The caller runs a single band itself, without the pool. This function allocates
+/// nothing.
 ///
 /// ```
 /// use drape_kernels::bands::in_bands;
@@ -130,8 +131,8 @@ pub fn in_bands<P: Divisible>(
     cut(bands, 0..particles, BLOCK, part, sweep);
 }
 
-/// As [`in_bands`], for items that are no particles and can be cut anywhere: `part` splits after so
-/// many items.
+/// As [`in_bands`], for items that are not particles and can be split anywhere. `part` is split at
+/// a number of items.
 pub fn in_items<P: Divisible>(
     bands: usize,
     items: usize,

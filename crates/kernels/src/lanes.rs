@@ -1,7 +1,7 @@
-//! Kernels for the processor that they run on.
+//! Kernels that adapt to the processor on which they run.
 //!
 //! The compiler vectorises most loops by itself, but not sums. Their four slots per coordinate (see
-//! [`vector`](crate::vector)) are spelled out as operations on [`Four`] numbers. Sums and products
+//! [`vector`](crate::vector)) are written out as operations on [`Four`] numbers. Sums and products
 //! are never fused, so the instruction set changes no bit.
 
 use crate::vector::SLOTS;
@@ -9,7 +9,7 @@ use pulp::{Simd, bytemuck};
 #[cfg(target_arch = "x86_64")]
 use std::any::Any;
 
-/// Numbers of the widest vector registers.
+/// Number of numbers in the widest vector register.
 pub const WIDEST: usize = 8;
 
 /// The coordinates of a particle, and a fourth number that fills the register, usually 0.
@@ -20,10 +20,10 @@ pub trait Four: Copy {
     /// The four numbers.
     type Numbers: Copy;
 
-    /// From memory.
+    /// Reads four numbers from memory.
     fn load(self, numbers: [f64; SLOTS]) -> Self::Numbers;
 
-    /// To memory.
+    /// Writes four numbers to memory.
     fn store(self, numbers: Self::Numbers) -> [f64; SLOTS];
 
     /// `a + b`.
@@ -44,13 +44,13 @@ pub trait Four: Copy {
     /// `√a`, number by number.
     fn sqrt(self, a: Self::Numbers) -> Self::Numbers;
 
-    /// `|a|`, number by number: without the bit of the sign.
+    /// `|a|`, number by number: clears the sign bit.
     fn abs(self, a: Self::Numbers) -> Self::Numbers;
 
-    /// `a`, number by number, with the other sign where `s` has the bit of the sign.
+    /// `a`, number by number, with the sign flipped where `s` has the sign bit set.
     fn turn_by_sign(self, a: Self::Numbers, s: Self::Numbers) -> Self::Numbers;
 
-    /// Number by number `yes` where `a ≤ b`, else `no`, also where one of them is NaN.
+    /// `yes` where `a ≤ b`, else `no`, number by number. `no` also if one of them is NaN.
     fn where_at_most(
         self,
         a: Self::Numbers,
@@ -59,7 +59,7 @@ pub trait Four: Copy {
         no: Self::Numbers,
     ) -> Self::Numbers;
 
-    /// Number `k` of row `r` becomes number `r` of row `k`.
+    /// Transposes four registers: number `k` of row `r` becomes number `r` of row `k`.
     #[inline(always)]
     fn transpose(self, rows: [Self::Numbers; SLOTS]) -> [Self::Numbers; SLOTS] {
         let [a, b, c, d] = rows;
@@ -79,7 +79,7 @@ pub trait Four: Copy {
     }
 }
 
-/// One by one, as the compiler sees fit.
+/// Four numbers as an array, without an instruction set; the compiler decides.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain;
 
@@ -148,7 +148,7 @@ impl Four for Plain {
     }
 }
 
-/// In one register of an instruction set whose registers hold four numbers.
+/// Four numbers in one register of an instruction set.
 #[derive(Clone, Copy, Debug)]
 pub struct Wide<S>(pub S);
 

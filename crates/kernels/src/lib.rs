@@ -1,7 +1,7 @@
 //! Memory layouts and vectorised loops that the model and the solvers share.
 //!
-//! This crate knows neither physics nor matrices as operators. It holds the layouts and orders of
-//! summation on which the crates above it must agree:
+//! This crate knows neither physics nor matrices as operators. It defines the layouts and orders of
+//! summation on which the crates that use it must agree:
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -19,7 +19,7 @@
 //! A kernel exists twice: as the readable loop, called `reference`, and as the `fast` form that
 //! runs in a step. Both add the same numbers in the same order, and products and sums are never
 //! fused into one rounding. So both give the same bits on every machine, and
-//! [`assert_same_bits`](testing::assert_same_bits) holds them to it.
+//! [`assert_same_bits`](testing::assert_same_bits) checks this.
 
 pub mod angle;
 pub mod bands;
@@ -33,7 +33,7 @@ pub mod vector;
 #[doc(hidden)]
 pub use pulp;
 
-/// Position, velocity, force or the like of one particle.
+/// A vector of three coordinates, such as the position, velocity or force of one particle.
 pub type Vec3 = nalgebra::Vector3<f64>;
 
 /// A 3×3 block.

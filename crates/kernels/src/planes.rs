@@ -3,10 +3,10 @@
 use crate::lanes::WIDEST;
 use std::fmt;
 
-/// Distance of two planes with room for `len` numbers.
+/// Distance between two planes with room for `len` numbers.
 ///
-/// It is a number of whole memory pages plus five cache lines. Otherwise the same place of all
-/// planes would fall into the same set of the cache.
+/// It is a number of whole memory pages plus five cache lines. Otherwise the same index in all
+/// planes would map to the same cache set.
 pub const fn stride(len: usize) -> usize {
     len.next_multiple_of(512) + 40
 }
@@ -48,8 +48,8 @@ pub struct Frame {
     pub first: isize,
     /// Number of places.
     pub len: usize,
-    /// Number of leading places that the planes hold already, [`moved`](Self::moved) places further
-    /// on.
+    /// Number of leading places whose data the planes already hold, [`moved`](Self::moved) places
+    /// further on.
     pub kept: usize,
     /// Number of places by which the planes move.
     pub moved: usize,
@@ -90,7 +90,7 @@ pub struct Aligned {
 }
 
 impl Aligned {
-    /// `len` zeros, behind unused memory for `lead` numbers.
+    /// `len` zeros, after unused memory for `lead` numbers.
     pub fn zeros(lead: usize, len: usize) -> Self {
         let memory = vec![0.0; lead + len + WIDEST - 1];
         let bytes = size_of::<[f64; WIDEST]>();
@@ -98,7 +98,7 @@ impl Aligned {
         Self { memory, start: lead + aligned, len }
     }
 
-    /// Number of numbers.
+    /// How many numbers there are.
     pub fn len(&self) -> usize {
         self.len
     }

@@ -1,4 +1,4 @@
-//! Vectors of three coordinates, four at a time: one register a coordinate.
+//! Vectors of three coordinates, four at a time: one register per coordinate.
 //!
 //! Each operation rounds as the one of the same name on a [`Vec3`], coordinate by coordinate, so a
 //! kernel on [`Triple`]s gives the bits of the readable form.
@@ -18,7 +18,7 @@ pub trait Triples: Four {
         self.load([vector.x, vector.y, vector.z, 0.0])
     }
 
-    /// Four vectors with a fourth number as one register a coordinate.
+    /// Four vectors with a fourth number as one register per coordinate.
     #[inline(always)]
     fn coordinates(self, quads: [Self::Numbers; SLOTS]) -> Triple<Self> {
         let [x, y, z, _] = self.transpose(quads);

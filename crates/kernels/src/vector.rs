@@ -1,4 +1,4 @@
-//! Block vectors: one `Vec3` a particle, and the few operations that conjugate gradients need.
+//! Block vectors: one `Vec3` per particle, and the few operations that conjugate gradients need.
 //!
 //! # One order of summation
 //!
@@ -14,16 +14,16 @@
 //!
 //! Products and sums are rounded separately (no fused multiply-add). The twelve accumulators are
 //! independent and lie in memory order, so they fit SIMD registers of 2 or 4 lanes without a
-//! shuffle. Different threads can sum the blocks. Both give the same bits as this code.
+//! shuffle. Different threads can sum the blocks. SIMD and threads give the same bits as this code.
 
 use crate::Vec3;
 use crate::bands::{PerBlock, in_bands};
 use crate::lanes::{Four, four_wide, vectorised};
 
-/// Particles of a block: the unit that one thread sums.
+/// Number of particles in a block, the unit that one thread sums.
 pub const BLOCK: usize = 256;
 
-/// Particles of a group, each with accumulators of its own.
+/// Number of particles in a group, each with accumulators of its own.
 pub const SLOTS: usize = 4;
 
 /// The dot product over all particles and coordinates, Σ aᵢ·bᵢ, in the order of the
@@ -92,7 +92,7 @@ fn dot_of_block(four: impl Four, a: &[f64], b: &[f64]) -> f64 {
     combine(&[sums[0], sums[1], sums[2], sums[3]])
 }
 
-/// The weighted dot product Σ wᵢ aᵢ·bᵢ with one weight a particle; every term is `(wᵢ aᵢₖ) bᵢₖ`,
+/// The weighted dot product Σ wᵢ aᵢ·bᵢ with one weight per particle; every term is `(wᵢ aᵢₖ) bᵢₖ`,
 /// summed in the order of [`dot`].
 ///
 /// # Panics
@@ -168,7 +168,7 @@ pub fn extrapolate(x: &[Vec3], y: &[Vec3], out: &mut [Vec3]) {
     });
 }
 
-/// `y ← w x + alpha y` with one weight a particle.
+/// `y ← w x + alpha y` with one weight per particle.
 ///
 /// # Panics
 /// When the lengths differ.
@@ -176,7 +176,7 @@ pub fn weighted_scale_add(w: &[f64], x: &[Vec3], alpha: f64, y: &mut [Vec3]) {
     weighted_update(w, x, y, |w, x, y| w * x + alpha * y);
 }
 
-/// `y ← y + (alpha / w) x` with one weight a particle.
+/// `y ← y + (alpha / w) x` with one weight per particle.
 ///
 /// # Panics
 /// When the lengths differ.
@@ -212,7 +212,7 @@ impl<F: Fn(f64, f64) -> f64> pulp::WithSimd for Update<'_, F> {
     }
 }
 
-/// As [`update`] with one weight a particle, `y ← f(w, x, y)`.
+/// As [`update`] with one weight per particle, `y ← f(w, x, y)`.
 #[inline]
 fn weighted_update(w: &[f64], x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64, f64) -> f64) {
     assert_eq!([w.len(), x.len()], [y.len(); 2], "block vectors of different length");

@@ -1,4 +1,5 @@
-//! Bounds of all values, and checks that name the place, the value and the bounds.
+//! Bounds of all values, and the checks against them. An error names the place, the value and the
+//! bounds.
 //!
 //! The types at the end describe numbers in the published schemas, because attributes of `schemars`
 //! cannot exclude a bound for the numbers in a list.
@@ -18,8 +19,8 @@ pub(crate) const MAX_COORDINATE: f64 = 1e9;
 /// Greatest stiffness, damping coefficient or mass.
 pub(crate) const MAX_COEFFICIENT: f64 = 1e30;
 
-/// Least mass of a particle, kg. Below it products of masses leave the range of the numbers, and a
-/// sheet would stand still without a word.
+/// Least mass of a particle, kg. For smaller masses, products of two masses underflow, and the
+/// sheet would stand still without an error.
 pub(crate) const MIN_MASS: f64 = 1e-30;
 
 /// Standard acceleration of gravity, m/s².
@@ -113,8 +114,8 @@ pub(crate) fn at_most(
     Err(Violation::new(path.to_string(), format!("of length {length}"), expected))
 }
 
-/// Refuses these keys of the object at `path`. Each comes with whether it is given; the error names
-/// the first that is.
+/// Refuses these keys of the object at `path`. Each key comes with whether it is given; the error
+/// names the first one that is given.
 pub(crate) fn refuse(
     path: &str,
     keys: &[(&str, bool)],

@@ -76,17 +76,17 @@ impl SystemSpec {
     /// particles and springs is kept.
     ///
     /// # Errors
-    /// The first [`Violation`]: path of the key, value, what was expected.
+    /// The first [`Violation`]: the path of the key, its value, and the expected values.
     pub fn build(&self) -> Result<(System, State), Violation> {
         Ok(self.assemble(self.parts()?))
     }
 
     /// As [`build`](Self::build), but reorders particles and springs for the cache if the given
-    /// order does not suit it. [`Numbering`] states the rule.
+    /// order makes poor use of it. [`Numbering`] states the rule.
     ///
-    /// Forces are then summed in another order. Results differ by round-off from a system that
-    /// [`build`](Self::build) makes, and by more for a method that visits the springs one after the
-    /// other.
+    /// Forces are then summed in another order, so results differ by round-off from those of
+    /// [`build`](Self::build). They differ by more for a method that visits the springs one after
+    /// another.
     ///
     /// # Errors
     /// As [`build`](Self::build), with the same paths.

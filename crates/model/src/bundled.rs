@@ -43,7 +43,7 @@ pub fn meshes() -> impl Iterator<Item = &'static str> {
     MESHES.iter().map(|(name, _)| *name)
 }
 
-/// The OBJ text of a bundled mesh.
+/// The OBJ text of a bundled mesh; `None` for an unknown name.
 pub fn mesh(name: &str) -> Option<&'static str> {
     MESHES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
@@ -53,7 +53,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SCENES.iter().map(|(name, _)| *name)
 }
 
-/// The JSON text of a bundled scene.
+/// The JSON text of a bundled scene; `None` for an unknown name.
 pub fn text(name: &str) -> Option<&'static str> {
     SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }

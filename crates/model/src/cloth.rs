@@ -23,7 +23,7 @@ pub enum Cloth {
 }
 
 /// A rectangular sheet, horizontal unless it is rotated. Rows follow each other along y, columns
-/// along x; particle `row · columns + column` stands where they cross.
+/// along x. Particle `row · columns + column` stands where a row and a column cross.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -39,8 +39,8 @@ pub struct Grid {
     /// Centre of the sheet, m.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub center_m: [f64; 3],
-    /// Mass of the whole sheet, kg, spread evenly over the particles. If absent: that of the scene's
-    /// material, by the area at each particle.
+    /// Mass of the whole sheet, kg, spread evenly over the particles. If absent, the scene's
+    /// material gives the mass, by the area at each particle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub mass_kg: Option<f64>,
@@ -165,7 +165,8 @@ impl Grid {
         }
     }
 
-    /// Mesh widths along x and y, m; 0 along a direction with a single particle.
+    /// Distances of neighbouring particles along x and y, m; 0 along a direction with a single
+    /// particle.
     pub fn spacing_m(&self) -> [f64; 2] {
         let width =
             |size: f64, count: u32| if count > 1 { size / f64::from(count - 1) } else { 0.0 };

@@ -43,8 +43,8 @@ impl System {
     /// Positions for display at `t` seconds. A particle inside an obstacle is shown on its surface
     /// (EEH section 6). The simulation never uses these positions.
     ///
-    /// If obstacles overlap, the way out of one may lead into the next. The search then goes on
-    /// from there, for at most 100 rounds.
+    /// If obstacles overlap, the way out of one may lead into the next. The search then continues
+    /// from the point that it reached, for at most 100 rounds.
     pub fn display_positions(&self, x: &[Vec3], t: f64) -> Vec<Vec3> {
         let offsets: Vec<Vec3> = self.obstacles().iter().map(|o| o.offset(t)).collect();
         let shown = |x: &Vec3| {

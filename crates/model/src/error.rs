@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{path}` is {value}; expected {expected}")]
 pub struct Violation {
-    /// Path of the key from the top of the file, e.g. `particles.mass_kg[3]`.
+    /// Path of the key from the root of the file, e.g. `particles.mass_kg[3]`.
     pub path: String,
     /// The value found there.
     pub value: String,
@@ -48,7 +48,7 @@ pub(crate) fn shorten(text: &str) -> String {
 /// Why a scene or a frozen system was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// Neither a bundled scene nor a file.
+    /// The name is neither a bundled scene nor a file.
     #[error(
         "no scene `{name}`: expected a file, or one of the bundled scenes {}",
         known.join(", ")
@@ -64,7 +64,7 @@ pub enum SceneError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// The operating system's reason.
         source: std::io::Error,
     },
     /// The text is not JSON.
@@ -92,7 +92,7 @@ pub enum SceneError {
     Shape {
         /// The file.
         file: String,
-        /// Line at which the reader noticed it, from 1.
+        /// Line at which the parser noticed the error, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,

@@ -1,4 +1,4 @@
-//! A running system as data again: what another program needs to move the same cloth.
+//! Freezes a running system into data, so that another program can move the same cloth.
 
 use crate::path::KeyframeSpec;
 use crate::{
@@ -43,12 +43,12 @@ impl Obstacle {
 
 impl System {
     /// Freezes the running system with its present masses, stiffnesses and pins, at `state`. Times
-    /// of paths and gusts count from `state.t`. The order of the particles is that of the system;
-    /// springs come effect by effect. Triangles are listed only where the air needs them.
+    /// of paths and gusts count from `state.t`. Particles keep the order of the system; springs are
+    /// listed effect by effect. Triangles are listed only if the air needs them.
     ///
     /// # Errors
-    /// The name of the first effect that a frozen system cannot hold: one that a user of this
-    /// library wrote, or springs with pieces or buckling.
+    /// The name of the first effect that a frozen system cannot hold. Such an effect is one that a
+    /// user of this library wrote, or one with springs that have pieces or buckle.
     pub fn freeze(&self, state: &State) -> Result<SystemSpec, &'static str> {
         let mut spec = SystemSpec {
             name: self.name().to_owned(),

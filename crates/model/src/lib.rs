@@ -3,9 +3,9 @@
 //! # The model
 //!
 //! A cloth is a system of `n` particles with masses `m_i` (kg), positions `x_i` (m) and velocities
-//! `v_i` (m/s) that obeys `M x'' = f(x, v)`. The forces are a sum over *effects*. A scene names the
-//! effects that it wants. An effect that is not named does not exist in the running [`System`]: no
-//! field, no pass over the particles, no entry in a matrix.
+//! `v_i` (m/s) that obeys `M x'' = f(x, v)`. The forces are a sum over *effects*. A scene names its
+//! effects. An effect that it does not name costs nothing in the running [`System`]: no field, no
+//! pass over the particles, no entry in a matrix.
 //!
 //! All forces follow one sign convention: they are *restoring*. Between the ends `i` and `j` of a
 //! spring with `d = x_i − x_j`, length `L = |d|`, direction `û = d/L`,
@@ -26,8 +26,8 @@
 //! ```
 //!
 //! A person writes a [`Scene`]. A [`SystemSpec`] is the discretised system, which any program can
-//! read. A [`System`] runs. A scene always passes through its specification, so a frozen scene
-//! gives the same bits as the scene itself. [`load`] reads either from a file.
+//! read. A [`System`] is the running form. A scene always passes through its specification, so a
+//! frozen scene gives the same bits as the scene itself. [`load`] reads either from a file.
 //!
 //! Each effect is one file in [`effects`], from its keys in a scene to its Jacobian; one line there
 //! registers it.
@@ -35,9 +35,9 @@
 //! # Units that people have
 //!
 //! A scene may name a measured [material](fabric) in place of masses and stiffnesses. The material
-//! has rigidities per width (N/m and N m) along warp and weft, which do not depend on the mesh. drape
-//! converts them to the springs, angles and hinges of the scene's grid or mesh. [`fabric::convert`]
-//! derives the conversion, and says what each model of bending can and cannot do.
+//! has rigidities per width (N/m and N m) along warp and weft, which do not depend on the mesh.
+//! drape converts them to the springs, angles and hinges of the scene's grid or mesh.
+//! [`fabric::convert`] derives the conversion and states the limits of each model of bending.
 //!
 //! # Symbols
 //!

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read as _};
 use std::path::Path;
 
-/// A file that describes a cloth. Both kinds serve wherever a scene is expected.
+/// A file that describes a cloth. Either kind may be given where a scene is expected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneFile {
     /// A scene, with its discretisation.
@@ -29,8 +29,8 @@ impl SceneFile {
         }
     }
 
-    /// The repairs to the mesh of a scene, in words; see
-    /// [`MeshCloth::repair`](crate::MeshCloth::repair).
+    /// Descriptions of the repairs to the scene's mesh; see
+    /// [`MeshCloth::repair`](crate::MeshCloth::repair). Empty for a frozen system.
     pub fn repairs(&self) -> &[String] {
         match self.scene().map(|scene| &scene.cloth) {
             Some(Cloth::Mesh(mesh)) => mesh.repairs(),
@@ -38,7 +38,7 @@ impl SceneFile {
         }
     }
 
-    /// The scene, if the file holds one.
+    /// The scene, if the file holds one; `None` for a frozen system.
     pub fn scene(&self) -> Option<&Scene> {
         match self {
             Self::Scene(scene, _) => Some(scene),
@@ -50,8 +50,8 @@ impl SceneFile {
 /// Loads a bundled scene by name, or a scene or frozen system from a file.
 ///
 /// # Errors
-/// Every [`SceneError`]: an unknown name, an unreadable file, broken JSON, unknown or missing keys,
-/// values out of range.
+/// A [`SceneError`] if the name is unknown, the file cannot be read, the JSON is broken, a key is
+/// unknown or missing, or a value is out of range.
 ///
 /// ```
 /// let input = drape_model::load("hanging-textile-1e4").expect("bundled");
@@ -61,14 +61,14 @@ pub fn load(scene: &str) -> Result<SceneFile, SceneError> {
     load_within(scene, |_| Ok(()))
 }
 
-/// Most bytes of a file with a scene or a frozen system.
+/// Largest size of a file with a scene or a frozen system, bytes.
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
 
-/// As [`load`], if `allow` lets it. It is asked twice, each time before the memory is taken: with
-/// the size of the file alone, and with all sizes once the text is read.
+/// As [`load`], if `allow` permits the size. `allow` is called twice, each time before memory is
+/// allocated: first with the size of the file alone, then with all sizes once the text is read.
 ///
 /// # Errors
-/// As [`load`], and the violation that `allow` returns.
+/// As [`load`], and the [`Violation`] that `allow` returns.
 pub fn load_within(
     scene: &str,
     allow: impl Fn(&Size) -> Result<(), Violation>,
@@ -121,8 +121,8 @@ pub fn load_within(
     parse_within(scene, &text, allow)
 }
 
-/// Reads a scene or a frozen system from text. Errors call it `file`. The path of a mesh starts at
-/// the folder of `file`.
+/// Reads a scene or a frozen system from text. Errors name the text `file`. Paths of meshes are
+/// relative to the folder of `file`.
 ///
 /// # Errors
 /// As [`load`], except errors of the file system.

@@ -7,12 +7,12 @@
 //! | shear | the ends of both diagonals of each quad |
 //! | bending | across each inner edge: the next but one along a strip of quads, the opposite corners of two triangles |
 //!
-//! Texture coordinates of the file, if it has any, say where the warp is: along the first one. Each
-//! edge then counts as warp or weft, whichever is nearer.
+//! Texture coordinates, if the file has any, define the warp: it runs along the first coordinate.
+//! Each edge counts as warp or weft, whichever direction is nearer.
 //!
-//! On a grid of quads these are the springs of [`Grid`](crate::Grid). Rest lengths are the scaled
-//! distances in the file. A stiffness or damping over mass is multiplied by the mean mass of the
-//! particles, so that one cloth has one stiffness.
+//! On a grid of quads this table gives the springs of [`Grid`](crate::Grid). Rest lengths are the
+//! scaled distances in the file. A stiffness or damping over mass is multiplied by the mean mass of
+//! the particles, so that all springs of one kind have the same stiffness.
 
 mod edges;
 mod obj;
@@ -43,15 +43,15 @@ const BUNDLED: &str = "bundled:";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshCloth {
-    /// The OBJ file: a path from the scene file's folder, or `bundled:NAME` for a mesh that comes
-    /// with drape.
+    /// The OBJ file: a path relative to the folder of the scene file, or `bundled:NAME` for a mesh
+    /// that comes with drape.
     pub file: String,
-    /// Mass over area, kg/m²; a face gives each of its corners an equal share. If absent: that of
-    /// the scene's material.
+    /// Mass over area, kg/m²; a face gives each of its corners an equal share. If absent, it is
+    /// that of the scene's material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub areal_density_kg_m2: Option<f64>,
-    /// Metres per unit of the file.
+    /// Length of one unit of the file, m.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COORDINATE))]
     pub scale: f64,
@@ -70,8 +70,9 @@ pub struct MeshCloth {
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub spin_rad_s: [f64; 3],
-    /// Whether to mend the surface instead of refusing it: drop degenerate and doubled faces and
-    /// vertices without a face, and turn faces over where neighbours differ.
+    /// Whether to repair the surface instead of refusing it. A repair drops degenerate and doubled
+    /// faces and vertices without a face. It turns faces over where neighbours have opposite
+    /// orientations.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub repair: bool,
     /// Content of the file, once it is read.
@@ -83,10 +84,10 @@ pub struct MeshCloth {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
-    /// Axis; any length but 0.
+    /// Axis; any vector but 0.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub axis: [f64; 3],
-    /// Angle, degrees, counterclockwise seen against the axis.
+    /// Angle, degrees. Positive angles turn counterclockwise as seen from the tip of the axis.
     #[schemars(range(min = -360.0, max = 360.0))]
     pub angle_deg: f64,
 }
@@ -122,7 +123,8 @@ impl Rotation {
 }
 
 impl MeshCloth {
-    /// A mesh by the name of its file, as it stands there; [`read`](Self::read) gives the content.
+    /// A mesh with this name of its file. Nothing is read; [`read`](Self::read) supplies the
+    /// content.
     pub fn of_file(file: &str) -> Self {
         Self {
             file: file.to_owned(),
@@ -163,17 +165,17 @@ impl MeshCloth {
         self.read(BufReader::new(reader))
     }
 
-    /// Reads and checks the content of the file from another source.
+    /// Reads and checks the content of the mesh from `reader`, in place of the file.
     ///
     /// # Errors
-    /// The first [`Violation`], with the number of its line, and of its face from 1.
+    /// The first [`Violation`], with the line number and the number of the face, from 1.
     pub fn read(&mut self, reader: impl BufRead) -> Result<(), Violation> {
         let obj = obj::read(&self.file, reader)?;
         self.surface = Some(Arc::new(Surface::new(&self.file, obj, self.repair)?));
         Ok(())
     }
 
-    /// The repairs, in words.
+    /// Descriptions of the repairs that were made.
     pub fn repairs(&self) -> &[String] {
         self.surface.as_ref().map_or(&[], |surface| &surface.repairs)
     }

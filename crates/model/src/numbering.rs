@@ -3,18 +3,19 @@
 //! # Why
 //!
 //! A frozen system may list its particles in any order. Every pass over the springs then reads and
-//! writes two places far apart. Once the cloth exceeds the cache, each costs a trip to memory for
-//! 24 bytes. If all springs are short in the *numbering* (`|i − j|` is small), the next springs
-//! need places that the last ones have just used.
+//! writes two places far apart. Once the cloth exceeds the cache, each place costs a trip to main
+//! memory for 24 bytes. If all springs are short in the *numbering* (`|i − j|` is small), the next
+//! springs use places that the last ones have just used.
 //!
 //! # Method
 //!
 //! Reverse Cuthill-McKee (Cuthill and McKee 1969, George 1971) numbers breadth first from an end of
-//! the cloth and reverses the order. Each particle's neighbours come by rising number of springs.
-//! Repeated searches find the end: each starts from the last particle of the search before, as long
-//! as searches go deeper (George and Liu 1979). Every component is numbered on its own, in the
-//! order of its first particle. The springs of each effect are then sorted by their lower end, then
-//! by their higher end, so that one sweep reads their parameters in order.
+//! the cloth and reverses the order. Neighbours of a particle are numbered by increasing number of
+//! springs. Repeated searches find the end of the cloth: each starts from the last particle of the
+//! previous search, as long as the searches go deeper (George and Liu 1979). Each component is
+//! numbered separately; components follow each other in the order of their first particles. The
+//! springs of each effect are then sorted by their lower end, then by their higher end, so that one
+//! sweep reads their parameters in order.
 //!
 //! # The rule
 //!
@@ -24,12 +25,13 @@
 //! | the springs have at most 16 different `abs(i − j)` | a regular grid: its passes run along diagonals, streams that the hardware foresees however far apart they are |
 //! | the mean `abs(i − j)` over the springs would not fall to a fourth | a sheet in a sensible order is within a factor of two or three of the best; only a gain that can be felt is worth another order of summation |
 //!
-//! The springs are still sorted if their order alone is bad: if the lower end jumps, on average,
-//! four times as far from one spring to the next as a spring reaches.
+//! Even if the particles keep their order, the springs are sorted if their order alone is bad. It
+//! is bad if the lower end jumps, from one spring to the next, four times as far as a spring
+//! reaches, on average.
 //!
-//! So the particles of a grid that is numbered row by row or column by column are never changed. If
-//! its springs are listed in another order than a scene lists them, they are brought to that order.
-//! Then the sweep along diagonals takes them, and results are those of the scene, bit for bit.
+//! The particles of a grid that is numbered row by row or column by column therefore keep their
+//! order. Springs in another order than a scene lists them are sorted into that order. The sweep
+//! along diagonals can then take them, and the results equal those of the scene bit for bit.
 //!
 //! # Cost
 //!
@@ -73,9 +75,9 @@ const GAIN: f64 = 4.0;
 /// nothing is stored or copied.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Numbering {
-    /// Given index of each particle of the internal order; empty where both orders are the same.
+    /// Given index of each particle in the internal order; empty if both orders are the same.
     given: Vec<u32>,
-    /// Internal index of each particle of the given order; as above.
+    /// Internal index of each particle in the given order; empty if both orders are the same.
     internal: Vec<u32>,
 }
 
@@ -100,12 +102,12 @@ impl Numbering {
         self.given.get(internal).map_or(internal, |&k| k as usize)
     }
 
-    /// Brings a list with one entry a particle from the given to the internal order.
+    /// Brings a list with one entry per particle from the given to the internal order.
     pub fn apply<T: Copy>(&self, list: &[T]) -> Vec<T> {
         gather(&self.given, list).unwrap_or_else(|| list.to_vec())
     }
 
-    /// Brings a list with one entry a particle back from the internal to the given order.
+    /// Brings a list with one entry per particle back from the internal to the given order.
     pub fn restore_list<'a, T: Copy>(&self, list: &'a [T]) -> Cow<'a, [T]> {
         gather(&self.internal, list).map_or(Cow::Borrowed(list), Cow::Owned)
     }

@@ -23,14 +23,14 @@ pub struct KeyframeSpec {
     /// Time after the start, s.
     #[schemars(range(min = 0.0, max = MAX_TIME))]
     pub time_s: f64,
-    /// Displacement from the place at the start, m. Places must stay within the bounds of
+    /// Displacement from the starting place, m. The displaced places must stay within the bounds of
     /// coordinates.
     #[schemars(inner(range(min = -MAX_OFFSET, max = MAX_OFFSET)))]
     pub offset_m: [f64; 3],
 }
 
-/// A displacement over time. It starts at 0, passes through the keyframes linearly and rests after
-/// the last one.
+/// A displacement over time. It starts at 0, is linear between keyframes, and is constant after the
+/// last one.
 ///
 /// ```
 /// use drape_model::{Vec3, parse};
@@ -182,7 +182,7 @@ pub(crate) fn offset_of(frames: &[KeyframeSpec], t: f64) -> Vec3 {
 /// A pinned particle that follows a path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingPin {
-    /// Its index.
+    /// Index of the particle.
     pub particle: usize,
     /// Place at the start, m.
     pub(crate) start: Vec3,
@@ -190,12 +190,12 @@ pub struct MovingPin {
 }
 
 impl MovingPin {
-    /// Place at `t` seconds, m.
+    /// Position at `t` seconds, m.
     pub fn position(&self, t: f64) -> Vec3 {
         self.start + self.path.offset(t)
     }
 
-    /// Time from which on it rests, s.
+    /// Time after which the pin rests, s.
     pub fn stops(&self) -> f64 {
         self.path.end()
     }

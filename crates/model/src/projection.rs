@@ -7,11 +7,13 @@ const LINES: u32 = 4000;
 
 /// Area of the union of all triangles as seen along z, m².
 ///
-/// The function measures the shadow exactly on 4000 lines along x, each in the middle of a strip.
-/// The area of a disc is right to a part in 1e5. Where the outline runs along x, the error is up to
-/// half the width of a strip: 1/8000 of the extent along y, times the length of that piece.
+/// The function measures the shadow on 4000 lines along x, each in the middle of a strip, and is
+/// exact on each line. The area of a disc has a relative error of 1e-5. Where the outline runs
+/// along x, the error is at most half the width of a strip: 1/8000 of the extent along y, times the
+/// length of that piece.
 ///
-/// Memory grows with the triangles, time with all crossings of triangles and lines.
+/// Memory is proportional to the number of triangles, time to the number of crossings of triangles
+/// and lines.
 ///
 /// # Panics
 /// If a triangle names a particle that is not in `x`.
@@ -80,7 +82,8 @@ fn crossing(corners: &[Vec3; 3], y: f64) -> (f64, f64) {
 /// Drape coefficient after Cusick (1965, "The dependence of fabric drape on bending and shear
 /// stiffness", Journal of the Textile Institute 56, T596): the share of the overhang that the
 /// shadow covers. It is 1 for a cloth that does not bend and 0 for one that hangs straight down.
-/// Areas, m²: the shadow, the disc that holds the specimen, the specimen.
+/// The arguments are areas, m²: of the shadow, of the disc that supports the specimen, and of the
+/// specimen.
 pub fn drape_coefficient(shadow: f64, support: f64, specimen: f64) -> f64 {
     (shadow - support) / (specimen - support)
 }

@@ -30,17 +30,18 @@ pub struct Scene {
     pub assumed: Vec<String>,
     /// The cloth.
     pub cloth: Cloth,
-    /// Its material, in place of masses and stiffnesses: the name of a bundled one, or an object.
+    /// Material of the cloth, in place of masses and stiffnesses: the name of a bundled material,
+    /// or an object.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<MaterialKey>")]
     pub material: Option<MaterialChoice>,
-    /// The effects. An effect that is not named does not exist.
+    /// The effects. An effect that is not named does not act.
     #[serde(default)]
     pub effects: Effects,
     /// How the springs' damping acts.
     #[serde(default)]
     pub damping: DampingLaw,
-    /// Selections of particles that do not move, or only on paths.
+    /// Selections of particles that stand still or follow a path.
     #[serde(default)]
     pub pins: Vec<Pin>,
     /// Rigid obstacles; at most 16 million pairs of a particle and an obstacle.
@@ -67,7 +68,7 @@ impl Scene {
     /// Checks the scene and discretises it.
     ///
     /// # Errors
-    /// The first [`Violation`]: path of the key, value, what was expected.
+    /// The first [`Violation`]: the path of the key, its value, and the expected values.
     pub fn discretise(&self) -> Result<SystemSpec, Violation> {
         if self.format != SCENE_FORMAT {
             let found = format!("{:?}", self.format);
@@ -145,11 +146,11 @@ impl TimeSpan {
     const MAX_STEP_S: f64 = 1e6;
     /// Longest duration, s.
     const MAX_DURATION_S: f64 = 1e9;
-    /// Most steps that a run may have.
+    /// Largest number of steps of a run.
     pub const MAX_STEPS: f64 = 1e9;
 
-    /// Number of whole steps, and the length of a last shorter step. There is none if the duration
-    /// is a multiple of the step within 1e-9.
+    /// Number of whole steps, and the length of a last shorter step. The last step is `None` if the
+    /// duration is a multiple of the step within 1e-9.
     pub fn steps(&self) -> (u64, Option<f64>) {
         let quotient = self.duration_s / self.step_s;
         let whole = quotient.round();
@@ -163,7 +164,8 @@ impl TimeSpan {
     /// Checks both values; `step` and `duration` are the paths that a violation names.
     ///
     /// # Errors
-    /// A step or duration that is not positive and finite, or more than 1e9 steps.
+    /// A [`Violation`] if the step or the duration is not positive and finite, or if there are more
+    /// than 1e9 steps.
     pub fn check(&self, step: &str, duration: &str) -> Result<(), Violation> {
         positive(step, self.step_s, Self::MAX_STEP_S)?;
         positive(duration, self.duration_s, Self::MAX_DURATION_S)?;

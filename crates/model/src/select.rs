@@ -1,4 +1,4 @@
-//! Selecting particles of a cloth: by index, place, name or boundary.
+//! Selecting particles of a cloth by index, place, name or boundary.
 
 use crate::bounds::LAST_PARTICLE;
 use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};
@@ -16,7 +16,8 @@ const MAX_KEYFRAMES: usize = 1_000_000;
 /// Most particles of all selections together. A particle may be in several.
 const MAX_PINS: usize = 2 * MAX_PARTICLES;
 
-/// A selection of particles, by exactly one criterion. They do not move, or follow a path.
+/// A selection of particles, by exactly one criterion. The selected particles stand still or follow
+/// a path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
@@ -32,7 +33,8 @@ pub struct Pin {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = LAST_PARTICLE))]
     pub column: Option<u32>,
-    /// The particle that starts nearest to this point, m. Of several, the one with the least index.
+    /// The particle that starts nearest to this point, m. If several are equally near, the one with
+    /// the least index.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub near_m: Option<[f64; 3]>,
@@ -43,12 +45,13 @@ pub struct Pin {
     /// All particles of a group or object of a mesh's file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// All particles of this connected part of the boundary. Parts are numbered from 0 by their
-    /// least particle.
+    /// All particles of this connected part of the boundary. Parts are numbered from 0, in the
+    /// order of their least particle index.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = LAST_PARTICLE))]
     pub boundary: Option<u32>,
-    /// The path of each particle from its place at the start. Without keyframes they do not move.
+    /// Path of each selected particle, as displacements from its starting place. Without keyframes
+    /// the particles stand still.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = crate::path::MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,

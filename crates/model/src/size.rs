@@ -3,26 +3,28 @@
 use crate::error::Violation;
 use crate::{Cloth, Scene, SystemSpec};
 
-/// What a scene or a frozen system holds once it is discretised: a few hundred bytes of a scene may
+/// Counts of a scene or a frozen system after discretisation. A few hundred bytes of a scene may
 /// describe millions of particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
-    /// Bytes of the file.
+    /// Size of the file, bytes.
     pub file: u64,
-    /// Particles.
+    /// Number of particles.
     pub particles: u64,
-    /// Springs, and stencils such as angles.
+    /// Number of springs and of stencils such as angles.
     pub springs: u64,
 }
 
 impl Size {
-    /// Bytes that loading takes at most, by measurement: the text, and the frozen system.
+    /// Upper bound of the memory that loading takes, bytes: the text and the frozen system. The
+    /// bound was measured.
     pub fn bytes_to_load(&self) -> u64 {
         let system = self.particles.saturating_mul(250);
         self.file.saturating_mul(2).saturating_add(system).saturating_add(self.bytes_of_springs())
     }
 
-    /// Bytes of springs, in a frozen system and in the one that is made from it.
+    /// Memory of the springs, bytes, in the frozen system and in the running system that is built
+    /// from it.
     pub fn bytes_of_springs(&self) -> u64 {
         self.springs.saturating_mul(115)
     }

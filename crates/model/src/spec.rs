@@ -46,10 +46,10 @@ pub struct SystemSpec {
     #[serde(default)]
     #[schemars(inner(inner(range(max = LAST_PARTICLE))))]
     pub triangles: Vec<[u32; 3]>,
-    /// Particles that do not move, or only on paths.
+    /// Particles that stand still or follow a path.
     #[serde(default)]
     pub pins: Vec<PinSpec>,
-    /// The effects that have no list of their own, and the treatment of contacts.
+    /// The effects that have no list above, and the treatment of contacts.
     #[serde(default)]
     pub effects: EffectsSpec,
     /// Rigid obstacles; at most 16 million pairs of a particle and an obstacle.
@@ -103,17 +103,18 @@ pub struct ParticlesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PinSpec {
-    /// Its index.
+    /// Index of the particle.
     #[schemars(range(max = LAST_PARTICLE))]
     pub particle: u32,
-    /// Its path from its place at the start. Without keyframes it does not move.
+    /// Path, as displacements from the particle's starting place. Without keyframes the particle
+    /// stands still.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_KEYFRAMES))]
     pub path: Vec<KeyframeSpec>,
 }
 
 impl PinSpec {
-    /// A particle that does not move.
+    /// A pin that holds a particle in place.
     pub fn still(particle: u32) -> Self {
         Self { particle, path: Vec::new() }
     }
@@ -126,7 +127,7 @@ pub struct ContactSpec {
     /// When a contact becomes active.
     #[serde(default)]
     pub detection: Detection,
-    /// Greatest speed at which a particle that penetrates returns to the surface, m/s.
+    /// Greatest speed at which a penetrating particle returns to the surface, m/s.
     #[serde(default = "default_recovery_speed")]
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub recovery_speed_limit_m_s: f64,
@@ -148,9 +149,9 @@ impl SystemSpec {
         self.springs.len() + self.angles.len() + self.hinges.len()
     }
 
-    /// Freezes the system during a run: with the positions and velocities of `state`, the rest of
-    /// the paths, and the present gusts. The result is valid if the system is and the state stays
-    /// within its bounds.
+    /// The system frozen during a run: with the positions and velocities of `state`, the rest of
+    /// the paths, and the present gusts. The result is valid if this system is valid and `state`
+    /// stays within the bounds of coordinates and velocities.
     #[must_use]
     pub fn with_state(mut self, state: &State) -> Self {
         self.particles.position_m = state.x.iter().map(|&x| x.into()).collect();

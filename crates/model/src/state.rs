@@ -1,4 +1,4 @@
-//! The state of a system: what an integrator advances.
+//! The state of a system, which an integrator advances.
 
 use crate::Vec3;
 
@@ -7,20 +7,20 @@ use crate::Vec3;
 pub struct Level<'a> {
     /// Time, s.
     pub t: f64,
-    /// Positions, m; one a particle.
+    /// Positions, m; one per particle.
     pub x: &'a [Vec3],
-    /// Velocities, m/s; one a particle.
+    /// Velocities, m/s; one per particle.
     pub v: &'a [Vec3],
 }
 
-/// Time, positions and velocities. History belongs to the integrator.
+/// Time, positions and velocities. The history of past levels belongs to the integrator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Time, s.
     pub t: f64,
-    /// Positions, m; one a particle.
+    /// Positions, m; one per particle.
     pub x: Vec<Vec3>,
-    /// Velocities, m/s; one a particle.
+    /// Velocities, m/s; one per particle.
     pub v: Vec<Vec3>,
 }
 
@@ -30,12 +30,12 @@ impl State {
         self.x.len()
     }
 
-    /// The state as an argument of forces.
+    /// The state as an argument of force evaluations.
     pub fn level(&self) -> Level<'_> {
         Level { t: self.t, x: &self.x, v: &self.v }
     }
 
-    /// Whether there is no particle.
+    /// Whether the state has no particles.
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
     }

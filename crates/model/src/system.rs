@@ -12,8 +12,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-/// Stamps of the parts of a system that cached operators depend on. Two systems with the same stamp
-/// hold the same data in that part: a change draws a stamp that was never used before.
+/// Stamps of those parts of a system on which cached operators depend. Two systems with the same
+/// stamp hold the same data in that part: every change draws a new stamp that was never used
+/// before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Revisions {
     /// Masses.
@@ -24,7 +25,7 @@ pub struct Revisions {
     pub damping: u64,
     /// The set of pinned particles.
     pub pins: u64,
-    /// Which particles are coupled: a change asks for a new sparsity pattern.
+    /// Which particles are coupled. A change requires a new sparsity pattern.
     pub topology: u64,
 }
 
@@ -49,7 +50,7 @@ pub struct System {
     obstacles: Vec<Obstacle>,
     contact: ContactSpec,
     revisions: Revisions,
-    /// Threads that kernels may use.
+    /// Number of threads that kernels may use.
     threads: usize,
     /// Scratch for sweeps over several effects at once.
     memory: Mutex<SweepMemory>,
@@ -225,12 +226,12 @@ impl System {
         self.mass.len()
     }
 
-    /// Whether there is no particle.
+    /// Whether the system has no particles.
     pub fn is_empty(&self) -> bool {
         self.mass.is_empty()
     }
 
-    /// Masses, kg; one a particle.
+    /// Masses, kg; one per particle.
     pub fn mass(&self) -> &[f64] {
         &self.mass
     }
@@ -240,7 +241,8 @@ impl System {
         self.effects.iter().map(AsRef::as_ref)
     }
 
-    /// Adds an effect after all others; a user's own, for example. Cached operators are built anew.
+    /// Adds an effect after all others, for example one that a user wrote. Cached operators are
+    /// then rebuilt.
     pub fn add_effect(&mut self, effect: Box<dyn Effect>) {
         self.effects.push(effect);
         self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
@@ -259,7 +261,7 @@ impl System {
         &self.pins
     }
 
-    /// Sets the vectors of the pinned particles to zero; one vector a particle.
+    /// Sets the vectors of the pinned particles to zero. `vectors` has one entry per particle.
     pub fn clear_pinned(&self, vectors: &mut [Vec3]) {
         self.pins.iter().for_each(|&pin| vectors[pin as usize] = Vec3::zeros());
     }
@@ -279,7 +281,7 @@ impl System {
         &self.contact
     }
 
-    /// The stamps that are keys of cached operators.
+    /// The stamps that serve as keys of cached operators.
     pub fn revisions(&self) -> Revisions {
         self.revisions
     }
@@ -290,14 +292,14 @@ impl System {
     }
 
     /// Sets how many threads of the current [`rayon`] pool the kernels may use. They use several
-    /// only if there are enough particles. Results are the same bits for any number. It takes
-    /// effect in an integrator's next step.
+    /// threads only if there are enough particles. The number of threads does not change any bit of
+    /// the results. The change takes effect in an integrator's next step.
     pub fn set_threads(&mut self, threads: NonZero<usize>) {
         self.threads = threads.get();
         self.memory = SweepMemory::new(&self.mass, &self.effects, self.threads);
     }
 
-    /// Total force of all effects, conservative and damping, N, written to `out`.
+    /// Writes the total force of all effects, conservative and damping, N, to `out`.
     pub fn forces(&self, at: Level<'_>, out: &mut [Vec3]) {
         self.write_forces(self.effects().map(|effect| (effect, Part::All)), at, out);
     }
@@ -312,10 +314,10 @@ impl System {
         self.sum_forces(terms, at, out, Begin::Zero, None);
     }
 
-    /// As [`write_forces`](Self::write_forces), and then calls `finish` with every particle's force
-    /// once. Each call gets some particles, if possible while their forces are in a cache. With
-    /// several [threads](Self::threads), any of them may call it. `finish` must not hand work to
-    /// other threads.
+    /// As [`write_forces`](Self::write_forces), but also calls `finish` once with the force of
+    /// every particle. Each call gets some particles, if possible while their forces are in a
+    /// cache. With several [threads](Self::threads), calls may come from any of them. `finish` must
+    /// not hand work to other threads.
     pub fn write_forces_and<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
@@ -326,8 +328,9 @@ impl System {
         self.sum_forces(terms, at, out, Begin::Zero, Some(finish));
     }
 
-    /// Adds the wanted parts of the effects' forces at one level, N, to `out`, effect by effect in
-    /// the given order. Neighbours in that order share a sweep if they can; the bits are the same.
+    /// Adds the given parts of the effects' forces at one level, N, to `out`, effect by effect in
+    /// the given order. Neighbours in that order share a sweep if possible; sharing does not change
+    /// any bit.
     pub fn add_forces<'a>(
         &'a self,
         terms: impl Iterator<Item = (&'a dyn Effect, Part)>,
@@ -380,9 +383,9 @@ impl System {
         });
     }
 
-    /// The layout that suits the Jacobians of these effects. [`linearise`](Self::linearise) can
-    /// fill bands, for springs of regular grids with distinct offsets, and pairs, for springs in
-    /// any order. Both need full damping or none.
+    /// The matrix layout that suits the Jacobians of these effects. [`linearise`](Self::linearise)
+    /// can fill two layouts: bands, for springs of regular grids with distinct offsets, and pairs,
+    /// for springs in any order. Both require full damping or none.
     pub fn coupling<'a>(
         &'a self,
         effects: impl Iterator<Item = &'a dyn Effect> + Clone,
@@ -411,15 +414,15 @@ impl System {
     }
 
     /// Overwrites `matrix` with `M + σ K + τ D` of the effects and adds `K w` to `product`, if it
-    /// is given. It sums effect by effect in the given order and gives the bits of
+    /// is given. It sums effect by effect in the given order, and gives the same bits as
     /// [`Effect::add_stiffness`] and [`Effect::add_damping`]. The matrix must have the layout that
     /// [`coupling`](Self::coupling) returns.
     ///
-    /// Returns `false` and does nothing if a sweep cannot take these effects, if another thread
-    /// sweeps, or if the matrix was made for other springs.
+    /// Returns `false` and does nothing in three cases: a sweep cannot take these effects, another
+    /// thread is sweeping, or the matrix was made for other springs.
     ///
     /// # Panics
-    /// If a vector does not have one entry a particle.
+    /// If a vector does not have one entry per particle.
     #[must_use = "false means that nothing was computed"]
     pub fn linearise<'a>(
         &'a self,
@@ -443,8 +446,8 @@ impl System {
         true
     }
 
-    /// Replaces the masses, kg. A list of another length, or with a value that is not from 1e-30 to
-    /// 1e30, is refused with `false` and changes nothing.
+    /// Replaces the masses, kg. Returns `false` and changes nothing if the list has another length,
+    /// or if a value is not from 1e-30 to 1e30.
     #[must_use = "false means that nothing was changed"]
     pub fn set_mass(&mut self, mass: &[f64]) -> bool {
         if mass.len() != self.len()
@@ -469,7 +472,7 @@ impl System {
         changed
     }
 
-    /// As [`scale_stiffness`](Self::scale_stiffness), for all damping coefficients.
+    /// As [`scale_stiffness`](Self::scale_stiffness), but for all damping coefficients.
     #[must_use = "false means that nothing was changed"]
     pub fn scale_damping(&mut self, kind: impl Into<EffectKind>, factor: f64) -> bool {
         let changed = self.scale(kind.into(), factor, |effect| effect.scale_damping(factor));
@@ -490,8 +493,8 @@ impl System {
         factor > 0.0 && factor.is_finite() && same.any(|effect| apply(effect.as_mut()))
     }
 
-    /// Pins or frees one particle; `false` if the index is out of range. A freed particle leaves
-    /// its path for good.
+    /// Pins or frees one particle. Returns `false` if the index is out of range. A freed particle
+    /// leaves its path permanently.
     #[must_use = "false means that nothing was changed"]
     pub fn set_pinned(&mut self, particle: usize, pinned: bool) -> bool {
         let Some(slot) = self.pinned.get_mut(particle) else { return false };

@@ -1,8 +1,8 @@
 //! Checks that the tests of many integrators share.
 //!
-//! A check runs an integrator on a small scene and compares what it does with a law. It panics at
-//! the first number that is off, and its message begins with the name of the case. What differs
-//! between methods, such as bounds and recurrences, comes from the caller.
+//! A check runs an integrator on a small scene and compares the motion with a law. It panics at the
+//! first number that deviates, and its message begins with the name of the case. The caller
+//! supplies everything that differs between methods, such as bounds and recurrences.
 
 pub mod contact;
 
@@ -22,15 +22,15 @@ pub const H: f64 = 1.0 / 64.0;
 /// Mass of each particle on a spring, kg.
 pub const MASS: f64 = 0.25;
 
-/// `(θ, η)`: smooth, stiff and damped, stiff, at an edge, overdamped.
+/// Pairs `(θ, η)`: smooth, stiff and damped, stiff, at an edge, overdamped.
 pub const PARAMETERS: [(f64, f64); 5] =
     [(0.36, 0.06), (100.0, 0.4), (100.0, 0.0), (1.0, 0.0), (2.0, 30.0)];
 
-/// Sizes of steps in units of [`H`], for methods that any sequence of sizes suits.
+/// Step sizes in units of [`H`], for methods that allow any sequence of sizes.
 pub const SIZES: [f64; 5] = [1.0, 2.0, 0.75, 0.5, 1.5];
 
-/// Stiffness, N/m, and damping, N s/m, of a spring on a particle of [`MASS`] that has this `θ` and
-/// `η` at the step size `h`.
+/// Stiffness, N/m, and damping, N s/m, of a spring on a particle of [`MASS`] that has `theta` and
+/// `eta` at the step size `h`, s.
 pub fn coefficients(theta: f64, eta: f64, h: f64) -> (f64, f64) {
     (theta * MASS / (h * h), eta * MASS / h)
 }
@@ -43,11 +43,11 @@ pub fn oscillator(theta: f64, eta: f64) -> (System, State) {
     build(&anchored(MASS, &[(SpringEffect::Tension, 0.0, k, c)], x, v))
 }
 
-/// Takes 100 steps of a particle on anchored springs of rest length 0. Their sizes repeat `sizes`
-/// in units of [`H`].
+/// Takes 100 steps of a particle on anchored springs of rest length 0. The step sizes repeat
+/// `sizes`, in units of [`H`].
 ///
-/// Each step must be the one of `matrix` from the state before it, up to `tolerance`. `matrix` gets
-/// the size of the step and acts on `(x, hv)` of each axis. Returns what the steps reported.
+/// Each step must equal the step of `matrix` from the state before it, up to `tolerance`. `matrix`
+/// receives the step size and acts on `(x, hv)` of each axis. Returns the reports of the steps.
 pub fn follows(
     case: impl Debug,
     integrator: Box<dyn Integrator>,
@@ -73,8 +73,9 @@ pub fn follows(
     (0..100).map(one).collect()
 }
 
-/// Takes steps of a particle [across](crate::scenes::across) two springs, each of which must be the
-/// one of `matrix` up to 1e-9. It stops where the motion has grown so far that squares count.
+/// Takes steps of a particle [across](crate::scenes::across) two springs. Each step must equal the
+/// step of `matrix` up to 1e-9. The check stops when the motion is so large that quadratic terms
+/// matter.
 pub fn moves_across(
     case: impl Debug,
     integrator: Box<dyn Integrator>,
@@ -97,7 +98,7 @@ pub fn moves_across(
 }
 
 /// Takes 50 steps of a particle that moves along its spring of rest length `rest`. The elongation
-/// must be the one of `matrix`, which gets the size of a step in units of [`H`], up to 1e-9.
+/// must follow `matrix` up to 1e-9. `matrix` receives the step size in units of [`H`].
 pub fn moves_along(
     case: impl Debug,
     integrator: Box<dyn Integrator>,
@@ -130,22 +131,23 @@ pub fn pair(state: &State) -> (Vec3, Vec3) {
     (state.x[1] - state.x[0], state.v[1] - state.v[0])
 }
 
-/// What 100 steps of 0.01 s make of a [`rotor`], which should turn by 2 rad and keep the rest.
+/// The result of 100 steps of 0.01 s of a [`rotor`]. It should turn by 2 rad and conserve
+/// everything else.
 #[derive(Clone, Copy, Debug)]
 pub struct Turned {
-    /// Spin over that of the start.
+    /// Final spin over initial spin.
     pub spin: f64,
-    /// Angle, rad.
+    /// Angle of rotation, rad.
     pub angle: f64,
-    /// Energy over that of the start.
+    /// Final energy over initial energy.
     pub energy: f64,
-    /// Length over that of the start.
+    /// Final length over initial length.
     pub length: f64,
-    /// Size of the momentum, kg m/s: 0 at the start.
+    /// Magnitude of the final momentum, kg m/s; the initial momentum is 0.
     pub momentum: f64,
 }
 
-/// Turns a [`rotor`] of this `θ` for a second.
+/// Runs a [`rotor`] of this `theta` for a second.
 pub fn turn(integrator: Box<dyn Integrator>, theta: f64) -> Turned {
     let mut run = Run::new(integrator, rotor(theta, 0.01), 0.01);
     let spin = |run: &Run| run.system.angular_momentum(&run.state).z;
@@ -166,8 +168,9 @@ pub fn turn(integrator: Box<dyn Integrator>, theta: f64) -> Turned {
     }
 }
 
-/// Drops a stiff sheet with a velocity of its own. It feels no spring: for 20 steps each particle
-/// moves on the parabola of `drift`, with its velocity. Returns what the steps reported.
+/// Drops a stiff sheet with a uniform velocity, so that no spring is strained. For 20 steps each
+/// particle must move on the parabola of `drift`, with its velocity. Returns the reports of the
+/// steps.
 pub fn falls_freely(
     case: impl Debug,
     integrator: Box<dyn Integrator>,
@@ -192,8 +195,7 @@ pub fn falls_freely(
     (1..=20).map(one).collect()
 }
 
-/// Takes 50 steps of a sheet that nothing holds and returns by how much its momentum drifts,
-/// kg m/s.
+/// Takes 50 steps of a sheet that nothing holds. Returns the drift of its momentum, kg m/s.
 pub fn momentum_drift(integrator: Box<dyn Integrator>, start: (System, State), h: f64) -> f64 {
     let mut run = Run::new(integrator, start, h);
     let before = run.system.momentum(&run.state);
@@ -201,8 +203,8 @@ pub fn momentum_drift(integrator: Box<dyn Integrator>, start: (System, State), h
     (run.system.momentum(&run.state) - before).norm()
 }
 
-/// Takes three steps of a sheet, changes its pins and masses and takes two more: once with the
-/// integrator that saw the change, once with a new one.
+/// Takes three steps of a sheet, changes its pins and masses, and takes two more steps: once with
+/// the integrator that saw the change, once with a new integrator.
 pub fn after_a_change(new: impl Fn() -> Box<dyn Integrator>, h: f64) -> [Run; 2] {
     let mut kept = Run::new(new(), stir(Sheet::default().build(), 0.0, 0.3), h);
     kept.steps(3);
@@ -215,14 +217,14 @@ pub fn after_a_change(new: impl Fn() -> Box<dyn Integrator>, h: f64) -> [Run; 2]
     [kept, fresh]
 }
 
-/// What a run of the [hanging](Sheet::hanging) sheet came to.
+/// The result of a run of the [hanging](Sheet::hanging) sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct Hung {
     /// Relative error of the positions.
     pub error: f64,
     /// Length of the path of the middle of the free edge, m.
     pub path: f64,
-    /// Height of that point over the exact one.
+    /// Height lost by that point, over the height that it loses in the exact motion.
     pub fall: f64,
 }
 
@@ -231,38 +233,38 @@ fn middle(x: &[Vec3]) -> Vec3 {
     (x[389] + x[390]) * 0.5
 }
 
-/// A motion whose end is known, to observe orders on.
+/// A motion whose end is known, for measuring orders.
 #[derive(Debug)]
 pub struct Known {
     /// The system.
     pub system: System,
-    /// Its start.
+    /// The start.
     pub start: State,
-    /// The end, and how well it is known.
+    /// The exact end, with its error.
     pub exact: Reference,
     span: f64,
 }
 
 impl Known {
-    /// The motion over `span` seconds.
+    /// The motion over `span` seconds, with the default reference.
     ///
     /// # Panics
-    /// When no reference can be computed.
+    /// If no reference can be computed.
     pub fn new(start: (System, State), span: f64) -> Self {
         Self::with(start, span, ReferenceSettings::default())
     }
 
-    /// The motion over `span` seconds, with the reference that `settings` ask for.
+    /// The motion over `span` seconds, with the reference that `settings` request.
     ///
     /// # Panics
-    /// When no reference can be computed.
+    /// If no reference can be computed.
     pub fn with((system, start): (System, State), span: f64, settings: ReferenceSettings) -> Self {
         let exact =
             reference(&system, &start, &[span], settings).unwrap_or_else(|error| panic!("{error}"));
         Self { system, start, exact, span }
     }
 
-    /// A run of steps of `h` seconds from the start.
+    /// A run from the start, in steps of `h` seconds.
     pub fn run(&self, integrator: Box<dyn Integrator>, h: f64) -> Run {
         Run::new(integrator, (self.system.clone(), self.start.clone()), h)
     }
@@ -285,21 +287,22 @@ impl Known {
         Hung { error: self.error(&run), path, fall }
     }
 
-    /// Where the middle of the free edge of the [hanging](Sheet::hanging) sheet ends, m.
+    /// Position of the middle of the free edge of the [hanging](Sheet::hanging) sheet at the end,
+    /// m.
     pub fn middle(&self) -> Vec3 {
         middle(&self.exact.states[0].x)
     }
 
-    /// Observed order over these numbers of equal steps.
+    /// Observed order over runs with these numbers of equal steps.
     ///
     /// # Panics
-    /// When a run is refused, or its errors give no order.
+    /// If a run is refused, or if its errors give no order.
     pub fn order(&self, new: impl FnMut() -> Box<dyn Integrator>, steps: &[u32]) -> ObservedOrder {
         of_method(new, &self.system, &self.start, &self.exact, steps)
             .unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// Observed order where the sizes of the steps repeat `pattern` so many times.
+    /// Observed order over runs whose step sizes repeat `pattern` the given numbers of times.
     ///
     /// # Panics
     /// As [`order`](Self::order).
@@ -321,8 +324,8 @@ impl Known {
     }
 }
 
-/// Greatest rise of the total energy above its start in so many seconds of steps of 0.01 s, J.
-/// Negative where it falls from the first step on.
+/// Greatest rise of the total energy above its start, J, in `seconds` seconds of steps of 0.01 s.
+/// It is negative if the energy falls from the first step on.
 pub fn rise(integrator: Box<dyn Integrator>, start: (System, State), seconds: f64) -> f64 {
     let mut run = Run::new(integrator, start, 0.01);
     let before = run.energy();

@@ -8,15 +8,15 @@
 //! θ'' = −Γ (1 − s) cos θ       θ(0) = 0       θ'(1) = 0       Γ = ρ g L³/B
 //! ```
 //!
-//! So `Γ` alone says how far the strip bends: the ratio `H/W` of the drop of its free end to its
-//! reach is one curve over `Γ`, the *master curve* of cantilever tests (V. Romero, M. Ly, A. H.
+//! So `Γ` alone determines how far the strip bends. The ratio `H/W` of the drop of the free end to
+//! its reach is one curve over `Γ`, the *master curve* of cantilever tests (V. Romero, M. Ly, A. H.
 //! Rasheed, R. Charrondière, A. Lazarus, S. Neukirch, F. Bertails-Descoubes 2021, *Physical
 //! validation of simulators in computer graphics*, ACM Transactions on Graphics 40(4), 66,
-//! doi:10.1145/3450626.3459931). The textile standard (Peirce 1930; ASTM D1388) is its point `Γ =
-//! 8`: there the chord falls at 41.5°, and half of `L` is the bending length.
+//! doi:10.1145/3450626.3459931). The textile standard (Peirce 1930; ASTM D1388) is the point
+//! `Γ = 8` of this curve: there the chord falls at 41.5°, and half of `L` is the bending length.
 //!
-//! This module integrates the equation by Runge and Kutta's method from the free end, and finds the
-//! slope there by bisection.
+//! This module integrates the equation from the free end by Runge and Kutta's method, and finds the
+//! slope at the free end by bisection.
 
 /// Steps of the integration; the error of `H/W` is below 1e-12.
 const STEPS: usize = 2000;
@@ -26,10 +26,10 @@ const HALVINGS: usize = 60;
 /// The shape of a strip, in units of its free length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cantilever {
-    /// Reach and height (negative: it hangs) at equal steps of the arc length from the clamp, 0 to
-    /// 1.
+    /// Reach and height (negative below the clamp) at equal steps of the arc length, from 0 at the
+    /// clamp to 1.
     pub places: Vec<[f64; 2]>,
-    /// Slope below the horizontal there, rad.
+    /// Slope below the horizontal at the same places, rad.
     pub slope: Vec<f64>,
 }
 
@@ -39,8 +39,8 @@ impl Cantilever {
         self.places.last().map_or(0.0, |[reach, height]| -height / reach)
     }
 
-    /// Place at an arc length from 0 to 1, by linear interpolation. Before the clamp the strip is
-    /// straight.
+    /// Reach and height at an arc length from 0 to 1, by linear interpolation. For negative arc
+    /// lengths the strip is straight.
     pub fn at(&self, s: f64) -> [f64; 2] {
         if s <= 0.0 {
             return [s, 0.0];
@@ -75,7 +75,7 @@ fn slopes(gamma: f64, end: f64) -> Vec<f64> {
     list
 }
 
-/// The strip with this `Γ`, above 0.
+/// The strip with this `Γ`, which must be above 0.
 ///
 /// ```
 /// let bent = drape_oracle::elastica::cantilever(8.0);

@@ -7,7 +7,7 @@
 //! | damping | `−∂f_D/∂v` of its damping force |
 //!
 //! [`check`] takes differences at several widths. Truncation falls with the square of the width;
-//! round-off rises as the width falls. The best width counts.
+//! round-off rises as the width falls. The best width is used.
 
 use drape_model::{BlockSink, Effect, Level, Mat3, Tangent, Vec3};
 use nalgebra::{DMatrix, DVector};
@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 /// Widths of the differences, relative to the extent of the positions or velocities.
 const WIDTHS: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
-/// Relative deviations over the sweep of widths.
+/// Relative deviations for a range of widths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WidthSweep {
     /// Width of the difference (m or m/s) and relative deviation, from the widest to the narrowest.
@@ -41,7 +41,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// The worst of the three at its best width.
+    /// The worst of the three deviations, each at its best width.
     pub fn worst(&self) -> f64 {
         self.force.best().max(self.stiffness.best()).max(self.damping.best())
     }
@@ -52,7 +52,7 @@ impl Differences {
 pub struct Dense(pub DMatrix<f64>);
 
 impl Dense {
-    /// Zero, for `n` particles.
+    /// The zero matrix for `n` particles.
     pub fn zeros(n: usize) -> Self {
         Self(DMatrix::zeros(3 * n, 3 * n))
     }

@@ -5,7 +5,7 @@
 //! Two particles of mass `m` are joined by a spring with *full* damping. `d` and `v` are their
 //! relative position and velocity; `w = hv`, `θ = 2h²k/m`, `η = 2hc/m`. Their angular momentum
 //! about the common centre is `½ m d × v`. Since the spring pulls along `d`, each step of a
-//! one-step method multiplies it by a factor that follows from the formulas; [`spin`] has these
+//! one-step method multiplies it by a factor that follows from the formulas. [`spin`] holds these
 //! factors. The exact solution multiplies it by `e^{−δh}`.
 //!
 //! If `d' = d + w'`, then `d' × w' = d × w'`, and any part of `w'` along `d` drops out. Backward
@@ -34,7 +34,7 @@ pub mod spin {
         1.0 - eta + theta * (1.0 - rest_over_length_before)
     }
 
-    /// Symplectic Euler: `1 − η`, whatever the spring does.
+    /// Symplectic Euler: `1 − η`, independent of the spring force.
     pub fn symplectic_euler(eta: f64) -> f64 {
         1.0 - eta
     }
@@ -44,8 +44,8 @@ pub mod spin {
         1.0 / (1.0 + eta)
     }
 
-    /// Leapfrog with Crank–Nicolson damping: `(1 − ½η)/(1 + ½η)`, whatever the spring does. It is
-    /// exactly 1 without damping.
+    /// Leapfrog with Crank–Nicolson damping: `(1 − ½η)/(1 + ½η)`, independent of the spring force.
+    /// Without damping it is exactly 1.
     ///
     /// The first half kick multiplies `d × w` by `1 − ½η`, the drift `d' = d + w½` keeps `d × w½`,
     /// the second half kick divides by `1 + ½η`.
@@ -53,9 +53,9 @@ pub mod spin {
         (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta)
     }
 
-    /// Kicks over shares `c` of a step, with drifts between them: `Π p(cη)`, whatever the spring
-    /// does, where `p` is the series of `e^{−cη}` cut off after `terms` terms. With two shares of ½
-    /// and two terms it is leapfrog with explicit damping. It is exactly 1 without damping.
+    /// Kicks over fractions `c` of a step, with drifts between them: `Π p(cη)`, independent of the
+    /// spring force. `p` is the series of `e^{−cη}` after `terms` terms. Two fractions of ½ and two
+    /// terms give leapfrog with explicit damping. Without damping the factor is exactly 1.
     pub fn kicks(shares: &[f64], eta: f64, terms: u32) -> f64 {
         shares.iter().map(|share| crate::recurrence::kick(*share, 0.0, eta, terms).m22).product()
     }
@@ -63,7 +63,7 @@ pub mod spin {
     /// Backward Euler: `1/(1 + η + θ (1 − ℓ/L_{n+1}))`. It decays in tension and grows in
     /// compression.
     ///
-    /// Baraff–Witkin takes one Newton step from the old state and has `L_n` instead. If it cuts off
+    /// Baraff–Witkin takes one Newton step from the old state and uses `L_n` instead. If it clamps
     /// negative transverse stiffness, pass at most 1 for `ℓ/L_n`.
     pub fn backward_euler(theta: f64, eta: f64, rest_over_length: f64) -> f64 {
         1.0 / (1.0 + eta + theta * (1.0 - rest_over_length))
@@ -113,8 +113,8 @@ pub mod spin {
         implicit_midpoint(theta, eta, mean)
     }
 
-    /// IMEX Euler: `1/(1 + θ + η)`, whatever the spring does. This is the law of its locking.
-    /// Desbrun's predictor, without the correction of torques, obeys it too.
+    /// IMEX Euler: `1/(1 + θ + η)`, independent of the spring force. This law describes the locking
+    /// of IMEX Euler. Desbrun's predictor, without the torque correction, obeys it too.
     pub fn imex_euler(theta: f64, eta: f64) -> f64 {
         1.0 / (1.0 + theta + eta)
     }
@@ -126,7 +126,7 @@ pub mod spin {
     }
 
     /// Terzopoulos–Fleischer: `(1 − ½η)/(1 + ½η + θ (1 − ℓ/L_n))`, with the secant stiffness of the
-    /// old length. If it cuts off negative secants, pass at most 1 for `ℓ/L_n`.
+    /// old length. If it clamps negative secants, pass at most 1 for `ℓ/L_n`.
     pub fn terzopoulos_fleischer(theta: f64, eta: f64, rest_over_length_before: f64) -> f64 {
         (1.0 - 0.5 * eta) / (1.0 + 0.5 * eta + theta * (1.0 - rest_over_length_before))
     }
@@ -179,20 +179,20 @@ pub mod spin {
     }
 }
 
-/// Which velocities move the positions in free fall.
+/// Which velocity moves the positions in free fall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drift {
-    /// The old one: explicit Euler.
+    /// The old velocity: explicit Euler.
     OldVelocity,
-    /// The new one: all the other Euler methods, Terzopoulos–Fleischer, Kang.
+    /// The new velocity: all the other Euler methods, Terzopoulos–Fleischer, Kang.
     NewVelocity,
-    /// The new one in each of so many substeps: XPBD. `v` gains `g h/n` in a substep.
+    /// The new velocity in each of this number of substeps: XPBD. `v` gains `g h/n` in a substep.
     Substeps(u32),
-    /// The mean of both, which is exact: leapfrog and implicit midpoint. All multistep methods of
-    /// order 2 and 3 join them if their first steps are exact, for example by Heun's method, the
-    /// trapezoidal rule or implicit midpoint.
+    /// The mean of old and new velocity, which is exact: leapfrog and implicit midpoint. Multistep
+    /// methods of order 2 and 3 also belong here if their first steps are exact, for example by
+    /// Heun's method, the trapezoidal rule or implicit midpoint.
     MeanVelocity,
-    /// The mean of both, after a first step of backward Euler: CNAB2, MCNAB2.
+    /// The mean of old and new velocity, after a first step of backward Euler: CNAB2, MCNAB2.
     MeanAfterBackwardEuler,
     /// BDF2 and SBDF2 after a first step of backward Euler.
     Bdf2AfterBackwardEuler,
@@ -239,9 +239,9 @@ pub fn free_fall(drift: Drift, x: Vec3, v: Vec3, g: Vec3, h: f64, steps: u32) ->
 /// Position and velocity of a linear multistep method on `x'' = g` after `steps` more steps of size
 /// `h`.
 ///
-/// `history` holds the levels so far, newest first: at least as many as the method has steps, from
-/// its actual first steps. With uneven steps call it for one step at a time. Gravity may belong to
-/// either part, since the weights of both add up to the same.
+/// `history` holds the past levels, newest first: at least as many as the method has steps, taken
+/// from its actual first steps. If step sizes vary, call it for one step at a time. Gravity may
+/// belong to either part, because the weights of both have the same sum.
 ///
 /// ```
 /// use drape_model::Vec3;
@@ -274,8 +274,8 @@ pub fn constant_acceleration(
     levels[0]
 }
 
-/// Lengths of the springs of a hanging chain at rest, top first, m. Each carries the weight of all
-/// particles below: `L_j = ℓ_j + g Σ_{i ≥ j} m_i / k_j`.
+/// Lengths of the springs of a hanging chain at rest, top first, m. Each spring carries the weight
+/// of all particles below it: `L_j = ℓ_j + g Σ_{i ≥ j} m_i / k_j`.
 ///
 /// `masses[j]` hangs at the lower end of spring `j`; `g` is the size of the acceleration.
 ///

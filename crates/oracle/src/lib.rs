@@ -3,8 +3,8 @@
 //!
 //! # What it is for
 //!
-//! A simulated cloth that looks right proves little. Each module states what a correct integrator
-//! or a correct force must give, independently of any implementation:
+//! A simulated cloth that looks right proves little. Each module states, independently of any
+//! implementation, the results of a correct integrator or a correct force:
 //!
 //! | module | statement | holds to |
 //! |---|---|---|
@@ -16,8 +16,8 @@
 //! | [`elastica`] | shape of a clamped strip under its weight | about 1e-6 |
 //! | [`order`] | how fast the error falls with the step size | about 0.1 in the exponent |
 //!
-//! This crate knows the model and the integrator trait, but no method, so that no check shares code
-//! with the method that it checks.
+//! This crate uses the model and the integrator trait, but no method, so no check shares code with
+//! the method that it checks.
 //!
 //! [`statics`] finds rest positions. [`scenes`] builds the small systems of the tests, [`Run`]
 //! steps an integrator on one of them, and [`Random`] gives the same numbers on every machine.

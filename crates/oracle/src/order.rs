@@ -40,10 +40,10 @@ impl ObservedOrder {
 /// Why no order can be observed.
 #[derive(Debug, thiserror::Error)]
 pub enum OrderError {
-    /// Fewer than two samples.
+    /// There are fewer than two samples.
     #[error("{0} step size(s); an order needs at least 2")]
     TooFew(usize),
-    /// A step size or error without a logarithm.
+    /// A step size or an error is not positive and finite.
     #[error("the error at step size {step} s is {error}; expected both positive and finite")]
     NotPositive {
         /// Step size, s.
@@ -51,12 +51,12 @@ pub enum OrderError {
         /// Error.
         error: f64,
     },
-    /// The step sizes do not fall.
+    /// The step sizes do not decrease.
     #[error("step size {next} s follows {last} s; expected each smaller than the one before")]
     NotFalling {
         /// Step size, s.
         last: f64,
-        /// The one after it, s.
+        /// The step size after it, s.
         next: f64,
     },
     /// The step size cannot be used.
@@ -70,10 +70,10 @@ pub enum OrderError {
     Integration(#[from] StepError),
 }
 
-/// Observed order from errors at falling step sizes.
+/// Observed order from errors at decreasing step sizes.
 ///
 /// # Errors
-/// [`OrderError`] for fewer than two samples, or one that does not fit.
+/// [`OrderError`] if there are fewer than two samples, or if a sample is not valid.
 ///
 /// ```
 /// use drape_oracle::order::{Sample, observed_order};
@@ -110,7 +110,8 @@ pub fn observed_order(samples: &[Sample]) -> Result<ObservedOrder, OrderError> {
     Ok(ObservedOrder { order: covariance / variance, pairwise, finest: *finest })
 }
 
-/// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M`: error of positions relative to how far the cloth has moved.
+/// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M`: the error of the positions relative to the displacement of
+/// the cloth.
 pub fn position_error(system: &System, start: &[Vec3], reference: &[Vec3], x: &[Vec3]) -> f64 {
     let distance = |a: &[Vec3], b: &[Vec3]| {
         let terms = system.mass().iter().zip(a.iter().zip(b));
@@ -123,7 +124,7 @@ pub fn position_error(system: &System, start: &[Vec3], reference: &[Vec3], x: &[
 /// integrator for each number of steps.
 ///
 /// # Errors
-/// [`OrderError`] when a run is refused or the errors give no order.
+/// [`OrderError`] if a run is refused, or if the errors give no order.
 pub fn of_method(
     mut integrator: impl FnMut() -> Box<dyn Integrator>,
     system: &System,

@@ -1,11 +1,12 @@
 //! Trajectories of public programs, and the steps of those programs written out.
 //!
-//! A comparison with another program shows little while both differ in several things at once. So
-//! each difference is stated here as a [`Descent`] or a [`Relaxation`], plain loops after the
-//! formulas of one program or the other. They share no code with the methods. A test then shows two
-//! things: the loop with the other program's formulas gives its positions up to single precision,
-//! and the loop with the method's formulas gives the method's positions up to round-off. What is
-//! left between the two loops is the whole difference.
+//! A comparison with another program is inconclusive while the programs differ in several things at
+//! once. So this module states each difference as a [`Descent`] or a [`Relaxation`]: plain loops
+//! that follow the formulas of one program or the other, and that share no code with the methods. A
+//! test then shows two things. The loop with the other program's formulas gives its positions up to
+//! single precision, and the loop with the method's formulas gives the method's positions up to
+//! round-off. The difference between the two loops is therefore the whole difference between the
+//! programs.
 //!
 //! The positions were computed with the physics engine Newton 1.8.0 (warp-lang 1.19.0) by
 //! `data/newton_reference.py`. What its solvers and ours have in common, on springs:
@@ -41,11 +42,11 @@ pub struct Published {
     pub position_m: Vec<[f64; 3]>,
     /// Velocities at the start, m/s.
     pub velocity_m_s: Vec<[f64; 3]>,
-    /// Particles that stay.
+    /// Indices of the particles that do not move.
     pub pins: Vec<usize>,
-    /// Particles at the ends of each spring.
+    /// Indices of the particles at the ends of each spring.
     pub springs: Vec<[usize; 2]>,
-    /// Runs.
+    /// The runs.
     pub cases: Vec<Case>,
 }
 
@@ -53,7 +54,7 @@ pub struct Published {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// What is particular about it.
+    /// Name of the case.
     pub name: String,
     /// `vbd` or `xpbd`.
     pub solver: String,
@@ -67,14 +68,14 @@ pub struct Case {
     pub damping_n_s_per_m: f64,
     /// Particles by colour, in the order of a sweep; empty where the solver needs none.
     pub colours: Vec<Vec<usize>>,
-    /// Positions after so many steps, m.
+    /// Positions after the given numbers of steps, m.
     pub position_after_m: BTreeMap<usize, Vec<[f64; 3]>>,
 }
 
 /// The trajectories of the physics engine Newton.
 ///
 /// # Panics
-/// When the file beside this module is broken.
+/// If the file `newton.json` is broken.
 pub fn newton() -> Published {
     let text = include_str!("../data/newton.json");
     serde_json::from_str(text).unwrap_or_else(|error| panic!("newton.json: {error}"))
@@ -83,7 +84,7 @@ pub fn newton() -> Published {
 /// Formulas of a vertex block descent on springs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Descent {
-    /// Whether the part of a block across a spring is no less than 0.
+    /// Whether the transverse part of a block is clamped to be at least 0.
     pub is_clamped: bool,
     /// Whether damping has the direction of a spring at the start of the step and acts on relative
     /// velocities. Otherwise it acts on the change of the length over the step, along the spring of
@@ -94,17 +95,17 @@ pub struct Descent {
 /// How a sweep of XPBD combines the corrections of springs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relaxation {
-    /// All springs see the same positions.
+    /// All springs use the same positions.
     Jacobi,
-    /// Each spring sees what those before it have moved.
+    /// Each spring uses the positions that the springs before it have moved.
     GaussSeidel,
 }
 
 impl Published {
-    /// The case of a name.
+    /// The case with this name.
     ///
     /// # Panics
-    /// When there is none.
+    /// If there is no such case.
     pub fn case(&self, name: &str) -> &Case {
         let found = self.cases.iter().find(|case| case.name == name);
         found.unwrap_or_else(|| panic!("newton.json has no case `{name}`"))

@@ -1,12 +1,12 @@
 //! The solution of the differential equation itself, with a stated error.
 //!
 //! An adaptive Runge–Kutta method of order 8 (DOP853 of Hairer, Nørsett and Wanner) integrates
-//! `M x'' = f(x, v)` twice. The run with the looser tolerance tells the error of the tighter one.
-//! The reference shares only the forces with the integrators.
+//! `M x'' = f(x, v)` twice. The run with the looser tolerance gives the error of the run with the
+//! tighter one. The reference shares only the forces with the integrators.
 //!
-//! Pins are held. Pins on paths are refused: where a path bends, the motion has no eighth
-//! derivative, and the stated error would be wrong. Contacts are refused too: their velocity
-//! constraints belong to the step of a method and have no differential equation.
+//! Static pins are supported. Pins on paths are refused, because the motion has no eighth
+//! derivative where a path bends, and the stated error would be wrong. Contacts are refused too:
+//! their velocity constraints belong to the step of a method and have no differential equation.
 
 use drape_model::{Level, State, System, Vec3};
 use nalgebra::DVector;
@@ -17,9 +17,9 @@ use std::cell::RefCell;
 /// Tolerance and step limit of a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceSettings {
-    /// Tolerance of each step, relative, and absolute in m and m/s.
+    /// Tolerance of each step, both relative and absolute (in m and m/s).
     pub tolerance: f64,
-    /// Most steps in all.
+    /// Largest number of steps in all.
     pub max_steps: u32,
 }
 
@@ -32,7 +32,7 @@ impl Default for ReferenceSettings {
 /// States on the exact trajectory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    /// One at each time that was asked for.
+    /// One state at each requested time.
     pub states: Vec<State>,
     /// Largest distance between the positions of a particle in this run and in the run with ten
     /// times the tolerance, m. It is an upper estimate of the error of the positions.
@@ -60,21 +60,21 @@ pub enum ReferenceError {
         /// Particles of the state.
         found: usize,
     },
-    /// The times do not rise from the start.
+    /// The times do not increase from the start.
     #[error("time {next} s follows {last} s; expected finite and rising times after the start")]
     Times {
         /// A time, s.
         last: f64,
-        /// The one after it, s.
+        /// The time after it, s.
         next: f64,
     },
-    /// The tolerance cannot be used.
+    /// The tolerance is out of range.
     #[error("the tolerance is {0}; expected a number from 1e-15 to 0.1")]
     Tolerance(f64),
-    /// Too many steps.
+    /// The step limit was reached.
     #[error("{steps} steps reach only {time} s; allow more steps or ask for less time")]
     StepLimit {
-        /// Steps taken.
+        /// Number of steps taken.
         steps: u32,
         /// Time reached, s.
         time: f64,
@@ -231,19 +231,19 @@ fn with_pins_at_rest(system: &System, start: &State) -> State {
     start
 }
 
-/// One run of the adaptive method, as a user of the library would make it.
+/// One run of the adaptive method, as a user of a library would make it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdaptiveRun {
     /// The last state.
     pub state: State,
-    /// Steps taken, those rejected included.
+    /// Number of steps taken, including rejected ones.
     pub steps: u32,
-    /// Evaluations of all forces.
+    /// Number of evaluations of all forces.
     pub evaluations: u64,
 }
 
-/// One run of DOP853 over `duration` seconds at the tolerance of `settings`; its error is not
-/// known.
+/// One run of DOP853 over `duration` seconds with the tolerance of `settings`. The error of the run
+/// is not computed.
 ///
 /// # Errors
 /// As [`reference()`].
@@ -266,10 +266,11 @@ pub fn adaptive(
     Ok(AdaptiveRun { state, steps, evaluations: motion.evaluations() })
 }
 
-/// The exact motion of `system` from `start`, at rising `times`, s.
+/// The exact motion of `system` from `start`, at increasing `times`, s.
 ///
 /// # Errors
-/// [`ReferenceError`]: contacts, a start or times that do not fit, too many steps, blow-up.
+/// [`ReferenceError`] if the scene has contacts, if the start or the times do not fit, if there are
+/// too many steps, or if the motion blows up.
 pub fn reference(
     system: &System,
     start: &State,

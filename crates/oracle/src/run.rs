@@ -20,7 +20,7 @@ pub struct Run {
 /// A checked step size.
 ///
 /// # Panics
-/// When `h` is not positive and finite.
+/// If `h` is not positive and finite.
 pub fn seconds(h: f64) -> TimeStep {
     TimeStep::new(h).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -29,7 +29,7 @@ impl Run {
     /// Prepares an integrator for a system.
     ///
     /// # Panics
-    /// When the method refuses the system.
+    /// If the method refuses the system.
     pub fn new(
         mut integrator: Box<dyn Integrator>,
         (system, state): (System, State),
@@ -52,7 +52,7 @@ impl Run {
     /// Takes one step.
     ///
     /// # Panics
-    /// When the method refuses the step.
+    /// If the method refuses the step.
     pub fn step(&mut self) -> StepReport {
         self.try_step().unwrap_or_else(|error| panic!("{}: {error}", self.integrator.method().id))
     }
@@ -62,7 +62,7 @@ impl Run {
         (0..count).map(|_| self.step()).collect()
     }
 
-    /// Takes one step of `h` seconds, which stays the step size.
+    /// Takes one step of `h` seconds, and keeps `h` as the step size.
     pub fn step_by(&mut self, h: f64) -> StepReport {
         self.h = h;
         self.step()
@@ -73,7 +73,7 @@ impl Run {
         Self::new(integrator, (self.system.clone(), self.state.clone()), self.h)
     }
 
-    /// Forgets the history.
+    /// Makes the integrator forget its history.
     pub fn restart(&mut self) {
         self.integrator.restart(&self.state);
     }
@@ -84,19 +84,19 @@ impl Run {
     }
 }
 
-/// The bits of a state. States with the same bits are the same, NaN included.
+/// The bits of a state. Two states are identical, NaN included, if their bits are equal.
 pub fn bits(state: &State) -> Vec<u64> {
     let vectors = state.x.iter().chain(&state.v);
     let numbers = vectors.flat_map(|a| a.iter().copied()).chain([state.t]);
     numbers.map(f64::to_bits).collect()
 }
 
-/// Greatest distance between corresponding vectors; NaN if one is.
+/// Greatest distance between corresponding vectors; NaN if a coordinate is NaN.
 pub fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
     greatest(a.iter().zip(b).map(|(a, b)| (a - b).norm()))
 }
 
-/// Greatest length of a vector; NaN if one is.
+/// Greatest length of a vector; NaN if a coordinate is NaN.
 pub fn largest(vectors: &[Vec3]) -> f64 {
     greatest(vectors.iter().map(|a| a.norm()))
 }
@@ -114,7 +114,7 @@ fn greatest(lengths: impl Iterator<Item = f64>) -> f64 {
 /// Observed order from `error(steps)`, the error after this many steps over `span` seconds.
 ///
 /// # Errors
-/// [`OrderError`] where the errors give no order.
+/// [`OrderError`] if the errors give no order.
 pub fn order_of(
     span: f64,
     steps: &[u32],

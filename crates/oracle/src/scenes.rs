@@ -64,7 +64,8 @@ pub fn floor(restitution: f64) -> ObstacleSpec {
     ObstacleSpec::plane([0.0; 3], [0.0, 0.0, 1.0], restitution)
 }
 
-/// A particle on springs (effect, rest length, stiffness, damping) to a pinned one at the origin.
+/// A particle on springs (effect, rest length, stiffness, damping) to a pinned particle at the
+/// origin.
 ///
 /// Both have the mass `mass`; the free particle has index 1.
 pub fn anchored(
@@ -82,7 +83,7 @@ pub fn anchored(
 /// Builds a frozen system.
 ///
 /// # Panics
-/// When the system is not valid.
+/// If the system is not valid.
 pub fn build(spec: &SystemSpec) -> (System, State) {
     spec.build().unwrap_or_else(|violation| panic!("{violation}"))
 }
@@ -90,7 +91,7 @@ pub fn build(spec: &SystemSpec) -> (System, State) {
 /// Builds the system that a JSON text describes.
 ///
 /// # Panics
-/// When the text is not valid.
+/// If the text is not valid.
 pub fn parse(text: &str) -> (System, State) {
     build(drape_model::parse("test", text).unwrap_or_else(|error| panic!("{error}")).spec())
 }
@@ -98,12 +99,12 @@ pub fn parse(text: &str) -> (System, State) {
 /// A bundled scene as a frozen system.
 ///
 /// # Panics
-/// When no bundled scene has this name.
+/// If no bundled scene has this name.
 pub fn bundled(name: &str) -> SystemSpec {
     drape_model::load(name).unwrap_or_else(|error| panic!("{error}")).spec().clone()
 }
 
-/// A horizontal sheet, 1 m × 1 m, around the origin, 1 g a particle.
+/// A horizontal sheet of 1 m × 1 m around the origin; each particle has 1 g.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet {
     /// Particles along each edge.
@@ -177,17 +178,18 @@ impl Sheet {
         }
     }
 
-    /// 25 particles in whose motion nothing is stiff.
+    /// A sheet of 25 particles, in whose motion nothing is stiff.
     pub fn smooth(law: DampingLaw) -> Self {
         Self { tension: 400.0, shear: 100.0, damping: 2.0, law, ..Self::default() }
     }
 
-    /// 25 particles that nothing holds or pulls.
+    /// A sheet of 25 particles on which no pin and no external force acts.
     pub fn free() -> Self {
         Self { pinned: false, gravity: Vec3::zeros(), ..Self::default() }
     }
 
-    /// 400 particles on two pins, with these tension springs and shear springs of a tenth.
+    /// A sheet of 400 particles on two pins, with this stiffness of the tension springs and a tenth
+    /// of it in the shear springs.
     pub fn hanging(tension: f64, damping: f64) -> Self {
         Self { side: 20, tension, shear: 0.1 * tension, damping, ..Self::default() }
     }
@@ -195,7 +197,7 @@ impl Sheet {
     /// The frozen system.
     ///
     /// # Panics
-    /// When the numbers make no valid scene.
+    /// If the values give no valid scene.
     pub fn spec(self) -> SystemSpec {
         self.scene().discretise().unwrap_or_else(|violation| panic!("{violation}"))
     }
@@ -203,14 +205,14 @@ impl Sheet {
     /// The system at its start.
     ///
     /// # Panics
-    /// When the numbers make no valid scene.
+    /// If the values give no valid scene.
     pub fn build(self) -> (System, State) {
         build(&self.spec())
     }
 }
 
-/// Gives the free particles velocities without a pattern, up to `speed` m/s along each axis, and
-/// moves them up to `height` m out of the plane.
+/// Gives the free particles random velocities, up to `speed` m/s along each axis, and moves them up
+/// to `height` m out of the plane.
 pub fn stir((system, mut state): (System, State), height: f64, speed: f64) -> (System, State) {
     for i in (0..state.len()).filter(|&i| !system.pinned()[i]) {
         let a = i as f64;
@@ -234,8 +236,8 @@ pub fn waving((system, mut state): (System, State)) -> (System, State) {
     (system, state)
 }
 
-/// Two particles of 1 kg on a spring of rest length 1 m that turn about each other by 2 rad/s, at
-/// the length at which the spring bears the rotation. `h²·2k/m` is `theta`.
+/// Two particles of 1 kg on a spring of rest length 1 m that rotate about each other at 2 rad/s.
+/// The spring has the length at which its tension balances the rotation. `theta` is `h²·2k/m`.
 pub fn rotor(theta: f64, h: f64) -> (System, State) {
     let kappa = theta / (h * h);
     let length = kappa / (kappa - 4.0);
@@ -257,8 +259,8 @@ pub fn resting_chain() -> (System, State) {
     build(&spec)
 }
 
-/// A particle between two pinned ones whose springs of `θ = 2h²k/m` have `rest` of their length as
-/// rest length. It is 1 nm off the line, so that it moves across the springs.
+/// A particle between two pinned ones, on springs with `θ = 2h²k/m` whose rest length is `rest`
+/// times their length. It is 1 nm off the line, so that it moves across the springs.
 pub fn across(theta: f64, rest: f64, mass: f64, h: f64) -> (System, State) {
     let middle = Vec3::new(0.0, 1e-9, -0.5e-9);
     let velocity = [Vec3::zeros(), Vec3::zeros(), -middle];
@@ -297,7 +299,7 @@ pub fn uneven((mut system, state): (System, State)) -> (System, State) {
     (system, state)
 }
 
-/// The same system, its tension springs `ratio` times as stiff beyond 1 % of strain.
+/// The same system with tension springs that are `ratio` times as stiff beyond a strain of 1 %.
 pub fn stiffening(mut spec: SystemSpec, ratio: f64) -> SystemSpec {
     for spring in spec.springs.iter_mut().filter(|s| s.effect == SpringEffect::Tension) {
         let stiffness_n_per_m = spring.stiffness_n_per_m;

@@ -1,16 +1,17 @@
 //! Rest positions: Newton's method on the energy, with a line search.
 //!
-//! The matrix keeps its envelope, with the particles in the order of their x: a strip along x of
-//! `r` rows and `c` columns takes `O(r³ c)` per iteration.
+//! The matrix is stored in envelope form, with the particles in the order of their x. A strip along
+//! x of `r` rows and `c` columns takes `O(r³ c)` operations per iteration.
 
 use drape_model::{BlockSink, Effect, Mat3, System, Tangent, Vec3};
 
-/// Where a search for a rest position ended.
+/// The result of a search for a rest position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest {
-    /// Greatest force on a free particle over its weight-like scale, the greatest force of gravity.
+    /// Greatest conservative force on a free particle over the greatest weight of a particle, as
+    /// [`residual`] computes it.
     pub residual: f64,
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
@@ -173,9 +174,9 @@ fn rows(system: &System, x: &[Vec3]) -> (Vec<Option<usize>>, usize) {
     (rows, 3 * order.len())
 }
 
-/// Whether the exact tangent of the conservative forces at `x` is positive definite: a rest
-/// position with this is a minimum of the energy, one without it is a saddle, from which the cloth
-/// buckles. Obstacles are not seen.
+/// Whether the exact tangent of the conservative forces at `x` is positive definite. If so, a rest
+/// position is a minimum of the energy. If not, it is a saddle, from which the cloth buckles.
+/// Obstacles are ignored.
 pub fn is_minimum(system: &System, x: &[Vec3]) -> bool {
     let (rows, size) = rows(system, x);
     let mut matrix = Envelope::new(system, &rows, size);
@@ -191,7 +192,7 @@ pub fn is_minimum(system: &System, x: &[Vec3]) -> bool {
 }
 
 /// Greatest conservative force on a free particle at `x` over the greatest weight of a particle at
-/// 9.81 m/s². Obstacles are not seen.
+/// 9.81 m/s². Obstacles are ignored.
 pub fn residual(system: &System, x: &[Vec3]) -> f64 {
     greatest(&forces(system, x)) / scale(system)
 }
@@ -207,12 +208,12 @@ fn greatest(forces: &[Vec3]) -> f64 {
     forces.iter().map(length).fold(0.0, f64::max)
 }
 
-/// Moves `x` to a place where all conservative forces on the free particles balance. It stops when
-/// the greatest force is below `tolerance` times the greatest weight of a particle at 9.81 m/s², or
-/// after `most` iterations. Obstacles are not seen.
+/// Moves `x` to positions at which all conservative forces on the free particles balance. It stops
+/// when the greatest force is below `tolerance` times the greatest weight of a particle at
+/// 9.81 m/s², or after `most` iterations. Obstacles are ignored.
 ///
-/// The matrix is the exact tangent; where that is not positive definite, the projected one with a
-/// growing diagonal.
+/// The matrix is the exact tangent. If that is not positive definite, it is the projected tangent
+/// with a growing diagonal.
 pub fn rest(system: &System, x: &mut [Vec3], tolerance: f64, most: usize) -> Rest {
     let (rows, size) = rows(system, x);
     let mut matrix = Envelope::new(system, &rows, size);

@@ -1,16 +1,16 @@
-//! What can go wrong.
+//! Errors of reports.
 
 use crate::RecordError;
 use plotters::drawing::DrawingAreaErrorKind;
 use std::path::PathBuf;
 
-/// Why no report could be drawn.
+/// Why a report could not be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A record could not be read, or a file could not be written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// There is nothing to draw.
+    /// There is no record to draw.
     #[error(
         "{}: no record (such as tables.json) is here; `drape reproduce` writes them",
         folder.display()
@@ -19,14 +19,14 @@ pub enum ReportError {
         /// The folder that was searched.
         folder: PathBuf,
     },
-    /// A file is a record, but of another kind than its name says.
+    /// A file is a record of another kind than its name says.
     #[error("{}: expected {expected}, found {found}", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
-        /// Format and experiment that belong to the file's name.
+        /// Format and experiment that the file's name requires.
         expected: String,
-        /// Format and experiment that it names.
+        /// Format and experiment that the file contains.
         found: String,
     },
     /// A figure could not be drawn.
@@ -56,7 +56,7 @@ pub enum ReportError {
 }
 
 impl ReportError {
-    /// Whether the reader's input is at fault: no records, or files that are none.
+    /// Whether the user's input is at fault: there are no records, or files that are not records.
     pub fn is_bad_input(&self) -> bool {
         matches!(
             self,

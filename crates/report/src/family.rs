@@ -1,22 +1,22 @@
-//! Which methods share a panel, and how each of their curves looks.
+//! Assignment of methods to panels, and the look of their curves.
 
 use crate::plot::Look;
 use std::collections::BTreeMap;
 
-/// Which panel a method belongs to, in the order of the panels.
+/// The panel that a method belongs to, in the order of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kin {
-    /// The stiffness limits the step, of one or two force evaluations.
+    /// Explicit steps of one or two force evaluations. The stiffness limits the step.
     Explicit,
     /// Explicit steps of many force evaluations: stabilised, of order 4, or of several lengths.
     ExplicitStages,
-    /// All springs stand in the matrix with their tangents.
+    /// All springs are in the matrix, with their tangents.
     Implicit,
-    /// The same, of second order and more.
+    /// As [`Implicit`](Self::Implicit), of order two or higher.
     ImplicitStages,
-    /// The tangent at the start of the step is all that it knows of the new level.
+    /// One linearisation at the start of the step; no further iteration.
     Linearised,
-    /// Springs or particles are solved one by one, or by a constant matrix, over and over.
+    /// Springs or particles are solved one by one, or repeatedly with a constant matrix.
     Local,
     /// One step, a constant matrix.
     ImplicitExplicit,
@@ -64,14 +64,14 @@ impl Kin {
 
 /// The members of a family that a record has.
 pub struct Family<'a> {
-    /// Title of its panel.
+    /// Title of the panel.
     pub title: &'static str,
     /// Labels of its curves, in the record's order, each with the look of its method.
     pub members: Vec<(&'a str, Look)>,
 }
 
-/// Sorts labels into families, and leaves out families without members. `rows` are the kin, the place
-/// of the method in the registry and the label of a record's rows.
+/// Sorts labels into families and leaves out families without members. Each of `rows` holds the
+/// kin, the place of the method in the registry and the label in the record.
 pub fn families<'a>(rows: impl Iterator<Item = (Kin, usize, &'a str)>) -> Vec<Family<'a>> {
     let mut forms: BTreeMap<usize, usize> = BTreeMap::new();
     let mut labels: [Vec<(&str, Look)>; Kin::ALL.len()] = Default::default();

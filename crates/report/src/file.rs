@@ -1,4 +1,4 @@
-//! Reading and writing records: whole files or none.
+//! Reading and writing records. A file is written completely or not at all.
 
 use serde::{Serialize, de::DeserializeOwned};
 use std::fs::{File, TryLockError};
@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
-/// What can go wrong with a record's file.
+/// Errors of a record's file.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file could not be read or written.
@@ -16,20 +16,20 @@ pub enum RecordError {
         path: PathBuf,
         /// `read` or `write`.
         action: &'static str,
-        /// The system's reason.
+        /// The operating system's reason.
         source: std::io::Error,
     },
-    /// What stands there is no file that can be read to its end.
+    /// The path is not a regular file, or the file is too long.
     #[error(
         "{}: {found}; expected a regular file of at most {} GiB", path.display(), MOST_BYTES >> 30
     )]
     Unfit {
         /// The file.
         path: PathBuf,
-        /// What stands there.
+        /// What was found there.
         found: String,
     },
-    /// The file is no record of the expected kind.
+    /// The file is not a record of the expected kind.
     #[error(
         "{}: not a record that this version reads: {source}; remove it, or write it again with \
          `drape experiment`",
@@ -49,11 +49,12 @@ const MOST_BYTES: u64 = 4 << 30;
 /// Most symbolic links that lead from one to the next.
 const MOST_LINKS: usize = 40;
 
-/// The file that a write to `path` replaces: `path` itself, or where its symbolic links lead. It
+/// The file that a write to `path` replaces: `path` itself, or the target of its symbolic links. It
 /// need not exist.
 ///
 /// # Errors
-/// When `path` is a folder, a device, a pipe or a socket: a file in its place would destroy it.
+/// If `path` is a folder, a device, a pipe or a socket, because a file in its place would destroy
+/// it.
 pub fn destination(path: &Path) -> std::io::Result<PathBuf> {
     use std::io::{Error, ErrorKind};
     let mut path = path.to_owned();
@@ -126,10 +127,11 @@ fn written_under(temporary: &str) -> Option<&str> {
     is_random.then_some(written)
 }
 
-/// Removes the temporary files in `folder` that killed processes left, where `is_wanted` of the
-/// name of the file to be written. A file that another process is writing stays: it is locked.
+/// Removes the temporary files in `folder` that killed processes left. `is_wanted` receives the
+/// name of the file that was to be written. A file that another process is writing stays, because
+/// it is locked.
 ///
-/// What cannot be removed stays: it is litter, and no reason to stop.
+/// Files that cannot be removed stay. This is not an error.
 pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -145,11 +147,11 @@ pub fn remove_leftovers(folder: &Path, is_wanted: impl Fn(&str) -> bool) {
     }
 }
 
-/// Makes missing folders and finds out whether `path` can be written, which it leaves alone. Removes
-/// what a killed process left of the same file.
+/// Creates missing folders and checks whether `path` can be written. The file itself is not
+/// changed. Removes the temporary files that a killed process left for the same file.
 ///
 /// # Errors
-/// As [`destination`], and the system's reason why no file can be made there.
+/// As [`destination`], or the operating system's reason why the file cannot be created.
 pub fn probe(path: &Path) -> std::io::Result<()> {
     let path = destination(path)?;
     std::fs::create_dir_all(folder_of(&path))?;
@@ -158,13 +160,13 @@ pub fn probe(path: &Path) -> std::io::Result<()> {
     temporary(&path)?.close()
 }
 
-/// Writes `bytes` to a temporary name beside `path` and renames it, so that a reader sees the old
-/// file or the whole new one. Missing folders are made. A symbolic link stays; the file that it
-/// leads to is replaced.
+/// Writes `bytes` to a temporary file beside `path` and renames it, so that a reader sees either
+/// the old file or the complete new one. Missing folders are created. A symbolic link stays; the
+/// file that it leads to is replaced.
 ///
 /// # Errors
-/// [`RecordError::Io`] with the path when it is no regular file, or when a folder, the temporary
-/// file or the rename fails; the temporary file is removed then.
+/// [`RecordError::Io`] with the path if it is not a regular file, or if creating a folder, writing
+/// the temporary file or renaming it fails. The temporary file is then removed.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     let write = || {
         let path = destination(path)?;
@@ -181,7 +183,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
 /// A value as indented JSON with a final newline.
 ///
 /// # Errors
-/// [`RecordError::Format`], which names `path`, when the value has a key that is no string.
+/// [`RecordError::Format`], which names `path`, if the value has a key that is not a string.
 pub fn json(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, RecordError> {
     let mut bytes = serde_json::to_vec_pretty(value)
         .map_err(|source| RecordError::Format { path: path.to_owned(), source })?;
@@ -200,9 +202,8 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordErro
 /// Reads a record.
 ///
 /// # Errors
-/// [`RecordError::Io`] when the file cannot be read, [`RecordError::Unfit`] when it is none or too
-/// long, [`RecordError::Format`] with line and column
-/// when it is not of type `T`.
+/// [`RecordError::Io`] if the file cannot be read, [`RecordError::Unfit`] if it is not a regular
+/// file or is too long, [`RecordError::Format`] with line and column if it is not of type `T`.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
     let fail = |source| RecordError::Io { path: path.to_owned(), action: "read", source };
     // Opening a pipe would wait for a writer, and some devices have no end.

@@ -1,7 +1,7 @@
-//! What all studies share: the frame of a record, figures, tables and pages.
+//! Shared by all studies: the frame of a record, figures, tables and pages.
 //!
-//! A study hands its facts, figures and tables to this crate; the crate knows no study and runs
-//! nothing. A figure is a [`plot::Sheet`], [`plot::Matrix`] or [`plot::Atlas`], drawn by a
+//! A study hands its facts, figures and tables to this crate; the crate depends on no study and
+//! runs nothing. A figure is a [`plot::Sheet`], [`plot::Matrix`] or [`plot::Atlas`], drawn by a
 //! [`plate::Plate`] from the facts alone, so the same records give the same bytes. A
 //! [`page::Section`] holds what the page says about one study; [`write()`] fills the templates with
 //! all sections and writes the report, the index page and the figures.
@@ -30,7 +30,7 @@ use page::{Head, Outline, Section, Table};
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug)]
 pub enum Content {
     /// A page, or a figure as SVG.
@@ -40,7 +40,7 @@ pub enum Content {
 }
 
 impl Content {
-    /// What the file holds.
+    /// The content as bytes.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Self::Text(text) => text.as_bytes(),
@@ -49,18 +49,18 @@ impl Content {
     }
 }
 
-/// The files of a page and its figures: names below the folder of the results, and contents.
+/// The files of a page and its figures: names relative to the folder of the results, and contents.
 pub type Files = Vec<(String, Content)>;
 
-/// Writes the figures in `files`, the report and the index page below the folder `results`. A table
-/// `first` stands beside the answer.
+/// Writes the figures in `files`, the report and the index page below the folder `results`. The
+/// table `first`, if given, is shown beside the answer.
 ///
-/// Returns the files written, the pages last. Every page is filled before the first file is
-/// written, so that a failure leaves the folder as it was.
+/// Returns the files that were written, the pages last. Every page is filled before the first file
+/// is written, so that a failure leaves the folder unchanged.
 ///
 /// # Errors
-/// [`ReportError::NoRecords`] without sections; otherwise the file that could not be filled or
-/// written.
+/// [`ReportError::NoRecords`] if there are no sections; otherwise an error that names the file that
+/// could not be filled or written.
 pub fn write(
     results: &Path,
     sections: &[Section],
@@ -84,10 +84,10 @@ pub fn write(
         .collect()
 }
 
-/// The text of a page with these sections that needs no other file; `files` holds its figures.
+/// The text of one self-contained page with these sections. `files` holds its figures.
 ///
 /// # Errors
-/// [`ReportError`] when the page cannot be filled.
+/// [`ReportError`] if the page cannot be filled.
 pub fn one_page(
     head: Head<'_>,
     sections: &[Section],
@@ -97,7 +97,7 @@ pub fn one_page(
     page::report(sections, outline, (head, None), files)
 }
 
-/// The record of a study, or `None` when there is no such file.
+/// The record of a study, or `None` if the file does not exist.
 pub fn read_record<F: DeserializeOwned>(
     results: &Path,
     study: &str,
@@ -111,7 +111,7 @@ pub fn read_record<F: DeserializeOwned>(
     Ok(Some(record))
 }
 
-/// The timings of a study, or `None` when there is no such file.
+/// The timings of a study, or `None` if the file does not exist.
 pub fn read_timings<R: DeserializeOwned>(
     results: &Path,
     study: &str,

@@ -1,4 +1,4 @@
-//! Numbers as text: sensible digits, powers of ten as a reader writes them.
+//! Numbers as text, with a sensible number of digits and readable powers of ten.
 
 /// An integer in superscript digits.
 fn superscript(n: i32) -> String {
@@ -15,7 +15,7 @@ fn superscript(n: i32) -> String {
         .collect()
 }
 
-/// The exponent n when `value` is 10ⁿ to rounding.
+/// The exponent n if `value` equals 10ⁿ up to rounding.
 pub fn exponent_of_ten(value: f64) -> Option<i32> {
     if value <= 0.0 {
         return None;
@@ -39,12 +39,14 @@ pub fn power(value: f64) -> String {
     exponent_of_ten(value).map_or_else(|| significant(value, 3), power_of_ten)
 }
 
-/// A setting such as a step or a forcing term: the shortest decimal, a power beyond four zeros.
+/// A setting such as a step or a forcing term, as the shortest decimal; as a power of ten beyond
+/// four zeros.
 pub fn setting(value: f64) -> String {
     if value != 0.0 && libm::fabs(value) < 1e-4 { power(value) } else { format!("{value}") }
 }
 
-/// The median; of an even number of values the mean of the two in the middle. `None` of nothing.
+/// The median. For an even number of values it is the mean of the two in the middle; `None` for no
+/// values.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_unstable_by(f64::total_cmp);
@@ -56,7 +58,7 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     }
 }
 
-/// The median of times in nanoseconds, s; 0 of nothing.
+/// The median, in s, of times in nanoseconds; 0 for no times.
 pub fn median_s(nanoseconds: &[u64]) -> f64 {
     1e-9 * median(nanoseconds.iter().map(|&ns| ns as f64)).unwrap_or(0.0)
 }
@@ -66,7 +68,7 @@ pub fn percent(share: f64, digits: i32) -> String {
     format!("{} %", significant(100.0 * share, digits))
 }
 
-/// `value` with `digits` significant digits; powers of ten only where zeros would pile up.
+/// `value` with `digits` significant digits. Powers of ten are used only to avoid many zeros.
 pub fn significant(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -87,7 +89,8 @@ pub fn significant(value: f64, digits: i32) -> String {
     }
 }
 
-/// As [`significant`], without the zeros at the end of a decimal: for quotients of small integers.
+/// As [`significant`], without trailing zeros after the decimal point, for quotients of small
+/// integers.
 pub fn trimmed(value: f64, digits: i32) -> String {
     let text = significant(value, digits);
     if text.contains('.') && !text.contains('·') {
@@ -101,7 +104,7 @@ fn ten_to(exponent: i32) -> f64 {
     libm::pow(10.0, f64::from(exponent))
 }
 
-/// Word-wraps to lines of at most `width` characters (longer words stay whole).
+/// Wraps text to lines of at most `width` characters. Longer words are not split.
 pub fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

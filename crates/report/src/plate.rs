@@ -4,7 +4,7 @@ use crate::plot::{Atlas, Dense, Drawing, Matrix, Sheet};
 use crate::{Content, Figure, Files, ReportError};
 use std::error::Error;
 
-/// A figure: what the record says about it and how it is made of an input `I`.
+/// A figure: its description in the record, and the function that draws it from an input `I`.
 pub struct Plate<I> {
     /// File name below `figures/`.
     pub file: &'static str,
@@ -12,11 +12,11 @@ pub struct Plate<I> {
     pub title: &'static str,
     /// What to see, then what is drawn under which conditions.
     pub caption: &'static str,
-    /// What makes the drawing.
+    /// The function that draws it.
     pub draw: Draw<I>,
 }
 
-/// What makes a drawing of an input; `None` when the input has no data for it.
+/// A function that draws an input; it returns `None` if the input has no data for the figure.
 pub enum Draw<I> {
     /// Panels of curves.
     Sheet(fn(&I) -> Option<Sheet>),
@@ -30,11 +30,11 @@ pub enum Draw<I> {
     Picture(fn(&I) -> Option<Picture>),
 }
 
-/// The bytes of a picture, or why there are none.
+/// The bytes of a picture, or the reason why it could not be drawn.
 pub type Picture = Result<Vec<u8>, Box<dyn Error + Send + Sync>>;
 
 impl<I> Plate<I> {
-    /// What the record says about it.
+    /// The description of the figure for the record.
     pub fn figure(&self) -> Figure {
         Figure {
             file: self.file.to_owned(),
@@ -65,7 +65,7 @@ impl<I> Plate<I> {
 /// Draws the plates that have data, adds their files to `files` and returns them for the page.
 ///
 /// # Errors
-/// The figure that could not be drawn.
+/// A [`ReportError`] for the figure that could not be drawn.
 pub fn draw_all<I>(
     plates: &[Plate<I>],
     input: &I,

@@ -1,16 +1,17 @@
-//! Where a record comes from.
+//! The origin of a record.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What has to be known to repeat a record: source, build, machine, input.
+/// What must be known to repeat a record: source, build, machine, input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// Version of the `drape` package.
     pub version: String,
-    /// Commit of the sources that the program was built from; `None` where no repository held them.
+    /// Commit of the sources from which the program was built; `None` if they were not in a
+    /// repository.
     pub commit: Option<String>,
     /// Whether the sources differed from that commit: the crates, `Cargo.toml` and `Cargo.lock`.
     pub dirty: Option<bool>,
@@ -26,7 +27,7 @@ pub struct Provenance {
     pub threads: usize,
     /// SHA-256 of each scene, by name.
     pub scene_sha256: BTreeMap<String, String>,
-    /// Seed of the random numbers, where any were drawn.
+    /// Seed of the random numbers; `None` if none were drawn.
     pub seed: Option<u64>,
     /// Date and time of the run, UTC, ISO 8601.
     pub date: String,

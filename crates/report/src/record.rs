@@ -1,7 +1,7 @@
-//! The frame of every record under `results/`: what was asked, how, what came out, where from.
+//! The frame of every record under `results/`: question, method, results and origin.
 //!
 //! A *record* is one JSON file: the facts of a study ([`Record`]) or its timings ([`Timings`]).
-//! Facts are counts, errors and verdicts: they are the same on every machine and are compared bit
+//! Facts are counts, errors and verdicts. They are the same on every machine and are compared bit
 //! for bit. Timings belong to the machine that took them and live in files of their own, so that a
 //! new machine does not touch the facts. Each file carries its [`Provenance`].
 
@@ -26,7 +26,7 @@ pub struct Record<F> {
     pub question: String,
     /// How it was measured, in a few sentences.
     pub method: String,
-    /// What the facts say.
+    /// Conclusion, observations and caveats.
     pub words: Words,
     /// The one command that writes this record again.
     pub command: String,
@@ -36,12 +36,12 @@ pub struct Record<F> {
     pub figures: Vec<Figure>,
     /// The facts themselves.
     pub facts: F,
-    /// Where they come from.
+    /// The origin of the facts.
     pub provenance: Provenance,
 }
 
 impl<F> Record<F> {
-    /// The record without its facts, and the facts.
+    /// Splits the record into itself without facts, and the facts.
     pub fn split(self) -> (Record<()>, F) {
         let frame = Record {
             facts: (),
@@ -59,15 +59,15 @@ impl<F> Record<F> {
     }
 }
 
-/// What the facts of a record say. Code computes every word from the facts.
+/// The statements of a record. Code computes every word from the facts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Words {
     /// The answer to the question, at most three sentences.
     pub conclusion: String,
-    /// At most five, of one sentence each.
+    /// At most five observations, of one sentence each.
     pub observations: Vec<String>,
-    /// What limits the conclusion, a sentence each.
+    /// Limits of the conclusion, one sentence each.
     pub caveats: Vec<String>,
 }
 
@@ -93,8 +93,8 @@ pub struct Timings<R> {
     pub experiment: String,
     /// How the times were taken.
     pub method: String,
-    /// One row a timed case.
+    /// One row per timed case.
     pub rows: Vec<R>,
-    /// The machine and the build that took them.
+    /// The machine and the build that took the times.
     pub provenance: Provenance,
 }

@@ -13,15 +13,15 @@ macro_rules! tell {
     ($($part:tt)*) => { $crate::tell(::std::format_args!($($part)*)) };
 }
 
-/// Writes a message as one line to standard error. [`tell!`](crate::tell!) says more.
+/// Writes a message as one line to standard error. See [`tell!`](crate::tell!).
 pub fn tell(message: std::fmt::Arguments<'_>) {
     // One write a line, so that lines of several processes do not mix.
     let line = format!("{}\n", printable(&message.to_string()));
     let _ = std::io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// A text without the characters that move the cursor, start a sequence of the terminal or turn the
-/// direction of writing: names come from files, and files from anywhere. They are escaped.
+/// Escapes the characters that move the cursor, start a terminal sequence or change the direction
+/// of writing. Names come from files, and files may come from anywhere.
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.chars().any(is_command) {
         return Cow::Borrowed(text);

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Energy could flow in from outside until the end: nothing can be said.
+    /// No verdict: energy could flow in from outside until the end.
     Open,
     /// The run took all its steps; the study does not judge its energy.
     Completed,
@@ -71,7 +71,7 @@ impl Verdict {
         }
     }
 
-    /// A sign behind the number of a run that was not stable: see [`SIGNS`].
+    /// A sign that follows the number of a run that was not stable; see [`SIGNS`].
     pub fn sign(self) -> &'static str {
         match self {
             Self::Stable => "",
@@ -92,7 +92,7 @@ impl std::fmt::Display for Verdict {
     }
 }
 
-/// What the marks of [`Verdict::sign`] mean.
+/// Meaning of the signs of [`Verdict::sign`].
 pub const SIGNS: &str = "° marginal, ✗ unstable or diverged.";
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Constraints as filters: the free directions of a particle, and the prescribed values in the
+//! Constraints as filters: the free directions of a particle, and the prescribed values in all
 //! others.
 //!
 //! Baraff & Witkin (1998, section 5) constrain a particle by a symmetric projector `S` on its free
@@ -75,9 +75,9 @@ fn along(d: Vec3, v: Vec3) -> Vec3 {
 
 /// The filters and the prescribed values of `n` particles: `S` and `(I − S) z`.
 ///
-/// [`project`](Self::project) and its relatives visit only the constrained particles. A free
-/// particle costs no time, and only an index of memory: constraints other than a fixed particle
-/// stand in a list of their own.
+/// [`project`](Self::project) and similar methods visit only the constrained particles. A free
+/// particle costs no time and only one index of memory. A separate list holds constraints other
+/// than fixed particles.
 ///
 /// ```
 /// use drape_solvers::{Constraints, Filter, Vec3};
@@ -113,13 +113,14 @@ struct Constraint {
 }
 
 impl Constraints {
-    /// `n` free particles, with room to constrain all of them: [`set`](Self::set) never allocates.
+    /// `n` free particles, with room to constrain all of them, so that [`set`](Self::set) never
+    /// allocates.
     pub fn free(n: usize) -> Self {
         Self { others: Vec::with_capacity(n), ..Self::free_or_held(n) }
     }
 
     /// `n` free particles, with room to hold all of them by [`Filter::Fixed`] with the prescribed
-    /// value 0, as pins do. Any other constraint allocates.
+    /// value 0, as pins do. Any other constraint allocates memory.
     pub fn free_or_held(n: usize) -> Self {
         Self { slots: vec![FREE; n], others: Vec::new(), constrained: Vec::with_capacity(n) }
     }
@@ -150,11 +151,11 @@ impl Constraints {
         }
     }
 
-    /// Replaces the constraint of one particle. Only the part `(I − S) z` of `prescribed` counts.
+    /// Replaces the constraint of one particle. Only the part `(I − S) z` of `prescribed` is used.
     ///
     /// # Panics
-    /// When there is no such particle; in debug builds also when a normal or a direction is not a
-    /// unit vector.
+    /// If there is no such particle. In debug builds also if a normal or a direction is not a unit
+    /// vector.
     pub fn set(&mut self, particle: usize, filter: Filter, prescribed: Vec3) {
         debug_assert!(filter.is_projector(), "not a unit vector: {filter:?}");
         let was_free = self.slots[particle] == FREE;
@@ -218,7 +219,7 @@ impl Constraints {
         self.others.iter().any(|constraint| constraint.prescribed != Vec3::zeros())
     }
 
-    /// `x ← S x`.
+    /// Projects the vectors on the free directions: `x ← S x`.
     ///
     /// # Panics
     /// When `x` is not as long as there are particles.
@@ -229,7 +230,7 @@ impl Constraints {
         }
     }
 
-    /// `x ← S x + (I − S) z`.
+    /// Makes the vectors obey the constraints: `x ← S x + (I − S) z`.
     ///
     /// # Panics
     /// When `x` is not as long as there are particles.
@@ -240,7 +241,7 @@ impl Constraints {
         }
     }
 
-    /// `out ← (I − S) z`, zero in all free directions.
+    /// Writes the prescribed values: `out ← (I − S) z`, zero in all free directions.
     ///
     /// # Panics
     /// When `out` is not as long as there are particles.

@@ -10,11 +10,11 @@ pub enum SolverError {
         PivotText(*pivot, "a pivot that is not positive")
     )]
     NotPositiveDefinite {
-        /// Row of the matrix as handed in (no permutation): a particle for a
+        /// Row of the given matrix, before any permutation: a particle for a
         /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
         /// [`BlockMatrix`](crate::BlockMatrix).
         row: usize,
-        /// The pivot, where the factorisation reports it; the sparse Cholesky library does not.
+        /// The pivot, if the factorisation reports it. The sparse Cholesky library does not.
         pivot: Option<f64>,
     },
     /// A pivot of a factorisation of an indefinite matrix was zero, not a number, or too small to
@@ -26,12 +26,12 @@ pub enum SolverError {
         PivotText(*pivot, "a pivot that is zero or not finite")
     )]
     Singular {
-        /// Row of the matrix as handed in (no permutation): a particle for a
+        /// Row of the given matrix, before any permutation: a particle for a
         /// [`ScalarMatrix`](crate::ScalarMatrix); 3 × particle + coordinate for a
         /// [`BlockMatrix`](crate::BlockMatrix).
         row: usize,
-        /// The pivot, where the factorisation reports it; the sparse Cholesky library does not
-        /// report a pivot that is zero or overflowed.
+        /// The pivot, if the factorisation reports it. The sparse Cholesky library does not report
+        /// a pivot that is zero or has overflowed.
         pivot: Option<f64>,
     },
     /// A dense matrix would take more memory than the limit. Nothing was allocated.
@@ -52,13 +52,13 @@ pub enum SolverError {
          make a new factor when the topology changes"
     )]
     PatternChanged {
-        /// Rows of the factor's matrix.
+        /// Number of rows of the matrix for which the factor was made.
         expected_size: usize,
-        /// Non-zeros of the factor's matrix.
+        /// Number of non-zeros of the matrix for which the factor was made.
         expected_nonzeros: usize,
-        /// Rows of the given matrix.
+        /// Number of rows of the given matrix.
         size: usize,
-        /// Non-zeros of the given matrix.
+        /// Number of non-zeros of the given matrix.
         nonzeros: usize,
     },
     /// The symbolic factorisation failed: memory or index range is exhausted.
@@ -67,11 +67,11 @@ pub enum SolverError {
          ({reason}); use the conjugate gradient solver for a problem of this size"
     )]
     Factorisation {
-        /// Scalar rows.
+        /// Number of scalar rows.
         size: usize,
-        /// Scalar non-zeros of one triangle.
+        /// Number of scalar non-zeros of one triangle.
         nonzeros: usize,
-        /// What is exhausted.
+        /// The exhausted resource.
         reason: &'static str,
     },
 }

@@ -1,9 +1,10 @@
-//! The graph-Laplacian matrix: a scalar n×n matrix that acts on each coordinate alike.
+//! The graph-Laplacian matrix: a scalar n×n matrix that acts on each coordinate in the same way.
 //!
 //! A graph with weighted edges has the Laplacian `Σ w (eᵢ − eⱼ)(eᵢ − eⱼ)ᵀ`. With a positive
 //! diagonal added it is symmetric, strictly diagonally dominant and has no positive off-diagonal
-//! entry (an M-matrix), so Cholesky and incomplete Cholesky never break down on it. As one scalar
-//! entry serves three coordinates, it takes a ninth of the memory of a matrix of 3×3 blocks.
+//! entry (an M-matrix), so Cholesky and incomplete Cholesky never break down on it. Because one
+//! scalar entry is used for three coordinates, the matrix takes a ninth of the memory of a matrix
+//! of 3×3 blocks.
 
 use crate::pattern::Pattern;
 use crate::{LinearOperator, Vec3};
@@ -28,11 +29,11 @@ pub struct ScalarMatrix {
 }
 
 impl ScalarMatrix {
-    /// The zero matrix with room for the diagonal of `n` rows and for each edge. Repeated edges and
-    /// edges of a node to itself are harmless.
+    /// The zero matrix with room for the diagonal of `n` rows and for each edge. Edges may be
+    /// repeated, and may join a node to itself.
     ///
     /// # Panics
-    /// When an edge names a node that is not below `n`.
+    /// If an edge names a node that is not below `n`.
     pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         let pattern = Pattern::new(n, edges);
         let values = vec![0.0; pattern.nonzeros()];
@@ -59,10 +60,10 @@ impl ScalarMatrix {
         self.values[self.pattern.diagonal(i)] += value;
     }
 
-    /// Adds `weight (eᵢ − eⱼ)(eᵢ − eⱼ)ᵀ`, which is nothing for `i = j`.
+    /// Adds `weight (eᵢ − eⱼ)(eᵢ − eⱼ)ᵀ`. For `i = j` this adds nothing.
     ///
-    /// An edge outside the pattern is a bug of the caller: debug builds panic, release builds leave
-    /// the edge out.
+    /// An edge outside the pattern is a bug in the caller: debug builds panic, release builds
+    /// ignore the edge.
     pub fn add_edge(&mut self, i: usize, j: usize, weight: f64) {
         if i == j {
             return;
@@ -87,7 +88,7 @@ impl ScalarMatrix {
         self.pattern.slot(i, j).map_or(0.0, |slot| self.values[slot])
     }
 
-    /// Columns, increasing, and values of row `i`.
+    /// Columns, in increasing order, and values of row `i`.
     #[inline(always)]
     pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
         let row = self.pattern.row(i);

@@ -3,21 +3,21 @@
 //! # The problem
 //!
 //! An implicit step solves `A x = b` once or several times, with a large, sparse, symmetric
-//! positive definite matrix. Some particles are held: their motion is prescribed in all directions,
-//! across a plane, or across a line. Baraff & Witkin (1998, section 5) keep these particles in the
-//! system and filter them. With projectors `S` on the free directions and prescribed values `z`
-//! they ask for
+//! positive definite matrix. Some particles are constrained: their motion is prescribed in all
+//! directions, across a plane, or across a line. Baraff & Witkin (1998, section 5) keep these
+//! particles in the system and filter them. With projectors `S` on the free directions and
+//! prescribed values `z`, the solution must satisfy
 //!
 //! ```text
 //! x = S x + (I − S) z,     S (b − A x) = 0,
 //! ```
 //!
-//! so that particles can be caught and released without a new matrix. `A x − b` in the filtered
-//! directions is the impulse of the constraints.
+//! so that particles can be constrained and released without a new matrix. `A x − b` in the
+//! filtered directions is the impulse of the constraints.
 //!
-//! This crate knows matrices, vectors and filters. It knows nothing of springs, masses or time.
+//! This crate contains matrices, vectors and filters. It does not contain springs, masses or time.
 //!
-//! # How it does it
+//! # How it works
 //!
 //! * A vector is a slice of [`Vec3`], one for each particle. [`vector`] fixes the order of every
 //!   sum, so that results do not depend on the machine.
@@ -35,12 +35,12 @@
 //!   [`CompleteCholesky`] or [`DenseInverse`]. The last two are the inverse up to round-off.
 //! * [`Multigrid`] holds coarser and coarser versions of a [`BlockMatrix`]. A cycle over them is a
 //!   [`Preconditioner`] whose quality does not fall as the mesh grows.
-//! * [`BlockFactor`] solves directly. With [`BlockMatrix::project`] it obeys constraints, too.
+//! * [`BlockFactor`] solves directly. With [`BlockMatrix::project`] its solution obeys constraints,
+//!   too.
 //! * [`CompleteLdlt`] and [`BlockFactor`] of kind [`FactorKind::Ldlt`] solve directly when the
-//!   matrix may be indefinite, and count its negative eigenvalues. They change no pivot: a matrix
-//!   that they cannot factor is an error.
-//! * [`BlockLu`] solves directly with [`UnsymmetricBlocks`]. It is this crate's own, without a
-//!   library.
+//!   matrix may be indefinite, and count its negative eigenvalues. They do not modify pivots: a
+//!   matrix that they cannot factor gives an error.
+//! * [`BlockLu`] solves directly with [`UnsymmetricBlocks`]. It uses no library.
 //!
 //! Solves and refactorisations allocate nothing. Sums, products and the incomplete factorisation
 //! have the same bits on every machine. The complete factorisations and the dense inverse come from
@@ -60,9 +60,9 @@
 //!
 //! [`CompleteLdlt`] solves in the same way.
 //!
-//! The dense inverse is nowhere cheaper in this table: its costs grow with n³ and n², those of the
-//! sparse factors about with n^1.5 and n log n. It serves to measure methods that were published
-//! with one.
+//! The dense inverse is never cheaper in this table: its costs grow with n³ and n², those of the
+//! sparse factors about with n^1.5 and n log n. It exists for measurements of methods that were
+//! published with a dense inverse.
 //!
 //! # Symbols
 //!
@@ -71,7 +71,7 @@
 //! | `A` | [`ScalarMatrix`], [`BlockMatrix`] | the caller's | n×n scalars; n×n blocks of 3×3 |
 //! | `P ≈ A⁻¹` | [`Preconditioner`] | 1 / unit of `A` | 3n×3n, never formed |
 //! | `S` | [`Filter`], [`Constraints::project`] | – | 3×3 projector a particle |
-//! | `(I − S) z` | [`Constraints::prescribed`] | as `x` | one vector a particle |
+//! | `(I − S) z` | [`Constraints::prescribed`] | as `x` | one vector per particle |
 //! | `x`, `b` | `x`, `b` | `b` is `A` times `x` | n vectors |
 //! | `b̂ = S (b − A (I − S) z)` | [`Reference::FilteredRightHandSide`] | as `b` | n vectors |
 //! | `r = S (b − A x)` | [`PcgWorkspace::residual`] | as `b` | n vectors |

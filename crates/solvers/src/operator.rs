@@ -1,4 +1,4 @@
-//! The matrix as conjugate gradients see it.
+//! The matrix as conjugate gradients use it.
 
 use crate::Vec3;
 
@@ -12,9 +12,9 @@ pub trait LinearOperator {
         1
     }
 
-    /// `y ← A x`; every entry of `y` is overwritten.
+    /// Writes the product: `y ← A x`. Every entry of `y` is overwritten.
     ///
     /// # Panics
-    /// Implementations may panic when `x` or `y` has not [`size`](Self::size) entries.
+    /// Implementations may panic if `x` or `y` does not have [`size`](Self::size) entries.
     fn multiply(&self, x: &[Vec3], y: &mut [Vec3]);
 }

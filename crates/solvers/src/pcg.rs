@@ -5,8 +5,9 @@
 //! the filtered right-hand side. With the filter `S`, the prescribed values `z` and `P ≈ A⁻¹` it
 //! finds `x = S x + (I − S) z` with `S (b − A x) = 0`.
 //!
-//! The loop holds the control flow. A private trait has the sums and updates over all particles, so
-//! one loop serves the readable kernels here and the fast ones of [`ScalarPcg`](crate::ScalarPcg).
+//! The loop contains only the control flow. A private trait supplies the sums and updates over all
+//! particles, so the same loop runs the readable kernels here and the fast kernels of
+//! [`ScalarPcg`](crate::ScalarPcg).
 
 mod operations;
 
@@ -40,25 +41,25 @@ pub enum Norm {
     Preconditioned,
 }
 
-/// The reference of the residual.
+/// The number to which the residual is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reference {
     /// The norm of `S (b − A (I − S) z)`. Without the filter the norm would contain the reactions
     /// of the supports, which are large and which no iteration reduces. It costs a multiplication
-    /// only where a prescribed value is not zero.
+    /// only if a prescribed value is not zero.
     FilteredRightHandSide,
     /// A number from the caller, in the chosen norm.
     Absolute(f64),
 }
 
-/// When to stop.
+/// When a solve stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PcgSettings {
-    /// Stop when the residual is at most this many times the reference.
+    /// The solve stops if the residual is at most this many times the reference.
     pub forcing_term: f64,
     /// The norm of residual and reference.
     pub norm: Norm,
-    /// Stop after this many iterations.
+    /// The solve stops after this many iterations.
     pub max_iterations: usize,
 }
 
@@ -73,14 +74,15 @@ impl PcgSettings {
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolveStatus {
-    /// The residual is small enough.
+    /// The residual is within the tolerance.
     Converged,
     /// The solve used all allowed iterations.
     IterationLimit,
     /// The solve met a direction of zero or negative curvature, so matrix or preconditioner is not
     /// positive definite; or it met an infinite or undefined number.
     Indefinite,
-    /// Round-off keeps the residual above the tolerance; the solution is as good as it gets.
+    /// Round-off keeps the residual above the tolerance. More iterations would not improve the
+    /// solution.
     Stagnated,
 }
 
@@ -90,16 +92,16 @@ pub struct PcgReport {
     /// Steps along a search direction.
     pub iterations: usize,
     /// Products with the matrix: one for each iteration, one for the first residual, one for the
-    /// reference where motion is prescribed, and one for each computation of the residual from its
+    /// reference if motion is prescribed, and one for each computation of the residual from its
     /// definition.
     pub multiplications: usize,
-    /// Last residual over the reference, in the chosen norm; 0/0 counts as 0.
+    /// Last residual divided by the reference, in the chosen norm; 0/0 counts as 0.
     pub relative_residual: f64,
     /// How the solve ended.
     pub status: SolveStatus,
 }
 
-/// The vectors of a solve, which then allocates nothing.
+/// The vectors of a solve. With them a solve allocates nothing.
 #[derive(Clone, Debug)]
 pub struct PcgWorkspace {
     /// Residual `r = S (b − A x)`.
@@ -122,7 +124,8 @@ impl PcgWorkspace {
         Self { r: zeros(), c: zeros(), q: zeros(), s: zeros(), sums }
     }
 
-    /// The filtered residual `S (b − A x)` at the end of the last solve, as the recursion gave it.
+    /// The filtered residual `S (b − A x)` at the end of the last solve, as the recursion computed
+    /// it.
     pub fn residual(&self) -> &[Vec3] {
         &self.r
     }
@@ -303,7 +306,7 @@ pub(crate) fn conjugate_gradients(
 }
 
 /// `out ← A x − b`, unfiltered: the impulse of the constraints on each particle. In free directions
-/// it is the negative residual of the solve, so it is small.
+/// it is the negative residual of the solve, which is small.
 ///
 /// # Panics
 /// When the lengths differ.

@@ -18,7 +18,7 @@ use std::ops::Range;
 use crate::SolverError;
 use crate::pivots::{BadPivot, PivotCheck};
 
-/// The kind of a factorisation.
+/// The kind of factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FactorKind {
     /// `A = L Lᵀ`, for positive definite matrices.

@@ -1,4 +1,4 @@
-//! Where iterative solves start.
+//! Start values of iterative solves.
 
 use crate::Vec3;
 use crate::vector::extrapolate;
@@ -9,22 +9,22 @@ use std::ops::Range;
 pub enum StartValue<'a> {
     /// At the present value of the solution vector.
     Given,
-    /// At a copy of this.
+    /// At a copy of this vector.
     At(&'a [Vec3]),
     /// At the next term of an arithmetic progression, `2 last − before`.
     Extrapolated {
         /// The last term.
         last: &'a [Vec3],
-        /// The one before.
+        /// The term before the last one.
         before: &'a [Vec3],
     },
 }
 
 impl StartValue<'_> {
-    /// The start value of some particles.
+    /// The part of the start value that belongs to these particles.
     ///
     /// # Panics
-    /// When the range ends beyond the particles.
+    /// If the range ends beyond the particles.
     pub fn part(self, particles: Range<usize>) -> Self {
         match self {
             Self::Given => Self::Given,

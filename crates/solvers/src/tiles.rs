@@ -379,7 +379,7 @@ mod tests {
         columns
     }
 
-    /// The textbook sweeps, column by column, on one number a row. With four rows a tile the
+    /// The textbook sweeps, column by column, on one number per row. With four rows a tile the
     /// products below a panel are summed in four parts.
     fn solve_reference<const ROWS: usize>(tiles: &Tiles<ROWS>, z: &mut [f64]) {
         let columns = columns(tiles);

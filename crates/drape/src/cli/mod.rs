@@ -1,4 +1,4 @@
-//! The `drape` command: one module a subcommand in [`cmd`].
+//! The `drape` command: one module per subcommand in [`cmd`].
 //!
 //! Answers go to standard output, messages to standard error, results to files. Exit codes: 0 done,
 //! 1 unexpected failure, 2 bad usage or bad input, 3 the simulation diverged, 4 cells are missing,

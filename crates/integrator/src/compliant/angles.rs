@@ -17,7 +17,7 @@ pub struct CompliantAngles {
 }
 
 impl CompliantAngles {
-    /// The angles of an effect; `None` if it has none.
+    /// The angles of an effect of `system`; `None` if the effect has no angles.
     pub fn new(
         (place, effect): (usize, &dyn Effect),
         particles: usize,
@@ -40,8 +40,8 @@ impl CompliantAngles {
         })
     }
 
-    /// Projects all angles once, by moving the ways `q` of the particles from `base` (m). The
-    /// multipliers start from 0 if the sweep is the first of its substep.
+    /// Projects all angles once. It moves the displacements `q` of the particles from `base`, both
+    /// in m. In the first sweep of a substep the multipliers start from 0.
     ///
     /// ```text
     /// Δλ = −(λ + b C) / (1 + b Σ w |∇C|²)      b = Kτ²      q += w ∇C Δλ                     (X6)

@@ -1,22 +1,23 @@
 //! Colours for constraints: those of one colour share no particle.
 
-/// The places of elements, colour by colour, and where each colour ends.
+/// An order of the elements, colour by colour, and where each colour ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Colouring {
-    /// The elements by their place in the list.
+    /// The elements, by their index in the list.
     pub order: Vec<u32>,
     /// Where each colour ends in [`order`](Self::order).
     pub ends: Vec<usize>,
 }
 
 impl Colouring {
-    /// One colour that keeps the order of the list: for sweeps that visit one after the other.
+    /// A single colour that keeps the order of the list, for sweeps that visit one element after
+    /// another.
     pub fn list(count: usize) -> Self {
         Self { order: (0..count as u32).collect(), ends: vec![count] }
     }
 
-    /// Gives each element, in the order of the list, the first colour that none of its neighbours
-    /// has. The result depends on the list alone.
+    /// Gives each element, in the order of the list, the first colour that no neighbour has. Two
+    /// elements are neighbours if they share a particle. The result depends on the list alone.
     #[doc(alias = "greedy colouring")]
     pub fn greedy<const K: usize>(particles: usize, elements: &[[u32; K]]) -> Self {
         let mut rest: Vec<u32> = (0..elements.len() as u32).collect();
@@ -40,7 +41,7 @@ impl Colouring {
         Self { order, ends }
     }
 
-    /// The ranges of the colours.
+    /// The index ranges of the colours; `ends` holds where each colour ends.
     pub fn ranges(ends: &[usize]) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let starts = std::iter::once(0).chain(ends.iter().copied());
         starts.zip(ends).map(|(start, &end)| start..end)

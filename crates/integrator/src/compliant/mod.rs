@@ -1,8 +1,8 @@
-//! What methods share that move positions, constraint by constraint, in substeps.
+//! Shared parts of the methods that move positions, constraint by constraint, in substeps.
 //!
-//! A substep predicts the ways `q` of all particles from a base `x*`. The method then moves them
-//! until its constraints are satisfied as far as it goes; contacts act after each sweep. At the end
-//! of the substep `v = q/τ` and `x = x* + q`. Equations have the numbers of `drape-xpbd`.
+//! A substep predicts the displacements `q` of all particles from a base `x*`. The method then
+//! changes `q`, constraint by constraint; contacts act after each sweep. At the end of the substep
+//! `v = q/τ` and `x = x* + q`. The numbers of equations are those of `drape-xpbd`.
 
 mod angles;
 mod colouring;
@@ -32,17 +32,17 @@ fn explicit(system: &System) -> impl Iterator<Item = (&dyn Effect, Part)> {
 /// A substep and its formula.
 #[derive(Clone, Copy, Debug)]
 pub struct Substep {
-    /// Its length, s.
+    /// Length of the substep, s.
     pub h: f64,
-    /// Its end, s.
+    /// Time at the end of the substep, s.
     pub end: f64,
-    /// `τ`, s.
+    /// Time constant `τ` of the formula, s.
     pub tau: f64,
     /// Weight of level `n − 1` in `x*` and `v*`; 0 for backward Euler.
     pub past: f64,
 }
 
-/// Memory of a substep, and history.
+/// Scratch of a substep, and the history.
 #[derive(Debug)]
 pub struct PositionBased {
     /// The last substep, for the formula of order 2; without room for order 1.
@@ -67,7 +67,8 @@ pub struct PositionBased {
 }
 
 impl PositionBased {
-    /// Memory for a system; of the second order with two-step backward differentiation.
+    /// Memory for a system. With `is_second`, the method has order 2, by two-step backward
+    /// differentiation.
     pub fn new(system: &System, is_second: bool) -> Self {
         let zeros = || vec![Vec3::zeros(); system.len()];
         Self {
@@ -91,8 +92,8 @@ impl PositionBased {
         self.contacts.restart();
     }
 
-    /// The base `x*` (m) and the ways `q` (m), which sweeps move. Ways are small beside positions,
-    /// so the velocity `q/τ` keeps its digits however short the substep is.
+    /// The base `x*` (m) and the displacements `q` (m), which sweeps change. Displacements are
+    /// small beside positions, so the velocity `q/τ` keeps its digits even in a very short substep.
     pub fn places(&mut self) -> (&[Vec3], &mut [Vec3]) {
         (&self.base, &mut self.way)
     }
@@ -130,7 +131,8 @@ impl PositionBased {
         Substep { h, end, tau: h * (1.0 + ratio) / sum, past } // τ = h (1+ω)/(1+2ω), (X2)
     }
 
-    /// Replaces what the obstacles did after the last sweep by what they must do now, (X7).
+    /// Applies the obstacles to the displacements after a sweep, (X7). It replaces the effect that
+    /// they had after the previous sweep.
     pub fn meet(&mut self, system: &System, state: &State, substep: Substep) {
         let Self { contacts, constraints, impulse, held, pushed, free, way, base, .. } = self;
         let Substep { h, end, tau, .. } = substep;
@@ -152,7 +154,7 @@ impl PositionBased {
         }
     }
 
-    /// Ends a substep: (X8), pins on their paths, contacts.
+    /// Ends a substep: velocities and positions by (X8), pins on their paths, contacts.
     pub fn finish(&mut self, system: &System, state: &mut State, substep: Substep) {
         self.remember(system, state, substep);
         let Substep { end, tau, .. } = substep;

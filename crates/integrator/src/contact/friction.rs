@@ -5,19 +5,20 @@ use super::{Contact, ContactSet};
 use drape_model::Vec3;
 use drape_solvers::{Constraints, Filter};
 
-/// What [`ContactSet::solve`] asks of a solution, with the memory for it.
+/// The part of a solution that [`ContactSet::solve`] asks for, with memory for it.
 #[derive(Debug)]
 pub enum Wanted<'a> {
     /// Nothing.
     Nothing,
-    /// The unfiltered residual `p = A v_+ − b`, kg m/s.
+    /// The unfiltered residual `p = A v_+ − b`, kg m/s; one entry per particle.
     Impulse(&'a mut [Vec3]),
-    /// `v_+`, m/s.
+    /// The velocity `v_+`, m/s; one entry per particle.
     Velocity(&'a mut [Vec3]),
 }
 
 impl Wanted<'_> {
-    /// Fills in the velocity, or lets `impulse` write.
+    /// Copies `velocity` if the velocity is wanted; calls `impulse` to write the residual if that
+    /// is wanted.
     pub fn fill(self, velocity: &[Vec3], impulse: impl FnOnce(&mut [Vec3])) {
         match self {
             Self::Nothing => {}

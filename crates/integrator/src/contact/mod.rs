@@ -7,70 +7,73 @@
 //! n·v_+ = (1/τ) n·(x_s − x*)
 //! ```
 //!
-//! `n` is the outward normal, `x_s` the nearest point of the surface, and the step moves
-//! `x* → x* + τ v_+`. The paper prints `x_{n+1}` for `x*`: then `v_+` stands on both sides, and
-//! half of the penetration is corrected. The paper leaves these questions open:
+//! `n` is the outward normal, `x_s` the nearest point of the surface, and the step moves the
+//! particle `x* → x* + τ v_+`. The paper prints `x_{n+1}` for `x*`: then `v_+` stands on both
+//! sides, and only half of the penetration is corrected. The paper leaves these questions open:
 //!
 //! * **Release.** After the solve the unfiltered residual `p = A v_+ − b` is the impulse of the
 //!   constraints, `p = Σ λ_k n_k`. A contact with a negative `λ_k` would pull. The contact that
-//!   pulls most is dropped and the step solved again, at most three times.
-//! * **No chatter.** Without friction and speculation geometry alone decides whether a particle
-//!   touches. A particle at rest stays in contact whatever the history, also after a restart.
+//!   pulls most is released and the step is solved again, at most three times.
+//! * **No chatter.** Without friction and speculation, geometry alone decides whether a particle
+//!   touches. A particle at rest therefore stays in contact, whatever its history, even after a
+//!   restart.
 //! * **No pop.** The scene limits the speed of recovery. After the update of positions the normal
-//!   velocity is cut back to the one that the impact left (split impulse), so correcting a
+//!   velocity is reduced to the value that the impact left (split impulse). So the correction of a
 //!   penetration gives the particle no kinetic energy.
 //! * **Restitution.** A particle that arrives with normal velocity `a < 0` leaves with `−e a`. A
-//!   flight of a few steps is no bounce: a particle that was in contact that shortly before stays.
-//!   Otherwise gravity would undo the rebound in every step, and a particle with `e > 0` would
-//!   never come to rest.
-//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
-//!   greatest first, as far as their normals are independent. One contact leaves a plane to move
-//!   in, two a line, three nothing. Where obstacles contradict each other (opposite normals), the
-//!   deeper penetration wins.
+//!   flight of a few steps does not count as a bounce: a particle that was in contact a few steps
+//!   ago stays in contact. Otherwise gravity would undo the rebound in every step, and a particle
+//!   with `e > 0` would never come to rest.
+//! * * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
+//!   greatest first, as long as their normals are independent. One contact leaves the particle a
+//!   plane to move in, two contacts a line, three contacts a point. If obstacles contradict each
+//!   other (opposite normals), the deeper penetration wins.
 //!
-//! [`ContactSet::detect_altering`] alters the position of a particle instead of leading it out by
-//! its velocity (Baraff & Witkin 1998, section 6). The step then moves `x* → x* + τ v_+ + y`, where
-//! `y` is the way to the surface, and `v_+` is prescribed as if the particle were there.
+//! [`ContactSet::detect_altering`] moves the particle to the surface directly, instead of leading
+//! it there by its velocity (Baraff & Witkin 1998, section 6). The step then moves
+//! `x* → x* + τ v_+ + y`, where `y` is the displacement to the surface. `v_+` is prescribed as if
+//! the particle were already there.
 //!
 //! The `x*` of a multistep method holds some of the past motion. [`ContactSet::detect_multistep`]
 //! finds contacts at `x_n` and prescribes the `v_+` that leads to the same place as the rules
-//! above. Two differences keep a bounce from taking or giving energy. A rebound moves the particle
-//! by the mean of the velocities before and after, as order 2 asks. A particle that leaves an
-//! obstacle by itself within a few steps is let go.
+//! above. Two differences prevent a bounce from changing the energy. A rebound moves the particle
+//! by the mean of the velocities before and after, as order 2 requires. A particle that leaves an
+//! obstacle by itself within a few steps is released.
 //!
-//! An obstacle on a path is seen from a frame that moves with it at `v_s`, its mean velocity over
-//! the step. All velocities above are then relative to the surface. A particle at rest on a moving
-//! obstacle is carried along, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`, and a bouncing particle bounces in
-//! its frame.
+//! An obstacle on a path is treated in a frame that moves with `v_s`, the obstacle's mean velocity
+//! over the step. All velocities above are then relative to the surface. A particle at rest on a
+//! moving obstacle is carried along, `n·v_+ = (1/τ) n·(x_s(t_+) − x*)`. A bouncing particle bounces
+//! in the frame of the obstacle.
 //!
-//! Pins on paths are prescribed `z = (path(t_+) − x*)/τ`, which puts them on the path at the end of
-//! the step for any `x*`.
+//! Pins on paths get the velocity `z = (path(t_+) − x*)/τ`, which puts them on the path at the end
+//! of the step for any `x*`.
 //!
-//! Friction is Coulomb's law by the same constraints.
+//! Friction follows Coulomb's law, by the same constraints.
 //!
 //! * **Stick.** At first every contact with friction holds its particle, with the velocity of the
-//!   surface along it. Where the impulse of this lies in the cone `|p_t| ≤ μ λ`, it is the
-//!   solution: nothing creeps, however long it lasts.
-//! * **Slide.** Elsewhere the step is solved without friction there, which gives `v_t` along the
-//!   surface, and then with `v_s + (1 − μλ/|p_t|) (v_t − v_s)`. For a single particle this is
-//!   Coulomb's law exactly. Particles that slide side by side see the stick of their neighbours in
-//!   `p_t`, so they meet the cone approximately. Sliding does not reverse, and friction takes
-//!   energy.
-//! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves it, by half
-//!   the square of its way over the radius. If the contact ended there, the particle would fly for
-//!   a step without friction, and again after each return: a sheet on a ball would creep off at
-//!   large steps. So a contact with friction goes on while the gap is at most `τ|v|`, with the
-//!   velocity relative to the surface. Its target leads the particle back to the surface. Where the
-//!   constraint would have to pull it back, it is released like every contact that pulls. That is
-//!   checked as long as any contact is released, and after sliding. Methods that move by the old
-//!   velocities let the velocity at the end of the step decide
-//!   ([`hold_gaps`](ContactSet::hold_gaps)): the old one always leads away from a round surface.
-//! * **Several obstacles.** The directions that the independent normals leave free are held with
-//!   the limit `Σ μ_k λ_k`, relative to the first obstacle with friction.
+//!   surface along it. If the impulse `p` of this constraint lies in the cone `|p_t| ≤ μ λ`, it is
+//!   the solution. Particles then do not creep, however long they stick.
+//! * **Slide.** Outside the cone the step is solved without friction there, which gives `v_t` along
+//!   the surface. It is then solved with `v_s + (1 − μλ/|p_t|) (v_t − v_s)` along the surface. For
+//!   a single particle this is exactly Coulomb's law. Particles that slide side by side see in
+//!   `p_t` that their neighbours stick, so they meet the cone only approximately. Sliding never
+//!   reverses, and friction always takes energy.
+//! * * **Round surfaces.** A particle that slides along the tangent of a sphere leaves the sphere,
+//!   by half the square of its displacement over the radius. If the contact ended there, the
+//!   particle would fly for a step without friction, and again after each return: a sheet on a ball
+//!   would creep off at large steps. So a contact with friction persists while the gap is at most
+//!   `τ|v|`, where `v` is relative to the surface. Its target leads the particle back to the
+//!   surface. If the constraint would have to pull the particle back, the contact is released like
+//!   every contact that pulls. This is checked as long as any contact is released, and after
+//!   sliding. Methods that move positions by the old velocities use the velocity at the end of the
+//!   step for this decision ([`hold_gaps`](ContactSet::hold_gaps)), because the old velocity always
+//!   leads away from a round surface.
+//! * * **Several obstacles.** Friction holds the directions that the independent normals leave
+//!   free. Its limit is `Σ μ_k λ_k`, and it acts relative to the first obstacle with friction.
 //!
-//! With speculative detection a contact also begins if `v_n` would carry the particle inside within
-//! the step. The velocity that a particle gains in the step
-//! itself may still carry it inside, by `τ²` times its acceleration.
+//! With speculative detection, a contact also begins if `v_n` would carry the particle inside the
+//! obstacle within the step. The velocity that the particle gains during the step may still carry
+//! it inside, by `τ²` times its acceleration.
 
 mod basis;
 mod friction;
@@ -186,17 +189,17 @@ enum WayOut {
     Position,
 }
 
-/// A particle whose history no longer fits: a contact began, ended or cut its velocity.
+/// A particle whose history no longer fits, because a contact began, ended or cut its velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Change<'a> {
-    /// Its index.
+    /// Index of the particle.
     pub particle: usize,
     /// Velocity after the step, m/s.
     pub velocity: &'a Vec3,
-    /// Removes the normals of its contacts, with or without friction; free where no contact is
-    /// left.
+    /// Filter that removes the normal directions of the particle's contacts, with or without
+    /// friction. It removes nothing if no contact is left.
     pub filter: Filter,
-    /// Velocity of the surfaces along the normals, m/s.
+    /// Velocity of the surfaces along the normals of the contacts, m/s.
     pub surface: Vec3,
 }
 
@@ -207,7 +210,7 @@ impl<'a> Change<'a> {
     }
 }
 
-/// The contacts of the present step, and how long ago each was active.
+/// The contacts of the present step, and the number of steps since each was last active.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSet {
     obstacles: usize,
@@ -228,7 +231,7 @@ pub struct ContactSet {
 }
 
 impl ContactSet {
-    /// Memory for every particle in contact with every obstacle.
+    /// Memory for every pair of a particle and an obstacle.
     pub fn new(system: &System) -> Self {
         let obstacles = system.obstacles().len();
         let slots = obstacles * system.len();
@@ -247,13 +250,13 @@ impl ContactSet {
         }
     }
 
-    /// Memory for pins alone, which ignores obstacles.
+    /// Memory for pins alone; obstacles are ignored.
     pub fn for_pins(system: &System) -> Self {
         Self { led: Vec::with_capacity(system.moving_pins().len()), ..Self::default() }
     }
 
-    /// Memory for the constraints that [`detect`](Self::detect) writes; without obstacles, for pins
-    /// alone.
+    /// Memory for the constraints that [`detect`](Self::detect) writes. Without obstacles it holds
+    /// pins only.
     pub fn constraints(system: &System) -> Constraints {
         match system.obstacles() {
             [] if system.moving_pins().is_empty() => Constraints::free_or_held(system.len()),
@@ -261,7 +264,8 @@ impl ContactSet {
         }
     }
 
-    /// Memory for the impulse that [`solve`](Self::solve) lends; empty without obstacles.
+    /// Memory for the impulse, kg m/s, that [`solve`](Self::solve) passes on; empty without
+    /// obstacles.
     pub fn impulse(system: &System) -> Vec<Vec3> {
         vec![Vec3::zeros(); if system.obstacles().is_empty() { 0 } else { system.len() }]
     }
@@ -281,12 +285,12 @@ impl ContactSet {
         self.candidates.clear();
     }
 
-    /// Whether a contact of the particle began, ended or cut its velocity in the last step.
+    /// Whether, in the last step, a contact of the particle began, ended or cut its velocity.
     pub fn changed(&self, particle: usize) -> bool {
         self.changed.get(particle).copied().unwrap_or(false)
     }
 
-    /// Whether no contact is active.
+    /// Whether no contact is active in the present step.
     pub fn is_empty(&self) -> bool {
         self.candidates.is_empty()
     }
@@ -323,8 +327,9 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// As [`detect`](Self::detect) for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`.
-    /// `x_s` is the surface, or the point before it that the limit allows within the step.
+    /// As [`detect`](Self::detect), for a step of a multistep method: `n·v_+ = (1/τ) n·(x_s − x*)`.
+    /// `x_s` is the surface point. If the speed limit does not allow the particle to reach the
+    /// surface within the step, `x_s` is the point that it can reach.
     pub fn detect_multistep(
         &mut self,
         system: &System,
@@ -373,12 +378,13 @@ impl ContactSet {
     }
 
     /// As [`detect`](Self::detect) for a step that moves `x → x + τ v_+ + y`. `y`, m, puts
-    /// particles inside an obstacle on its surface, whatever the depth, and their normal velocity
-    /// becomes 0. For a rebound `y` covers only the part of the way that the rebound leaves: all of
-    /// it would lift the particle against gravity and let it bounce higher each time.
+    /// particles inside an obstacle on its surface, at any depth, and their normal velocity becomes
+    /// 0. For a rebound, `y` covers only the part of the displacement that the rebound leaves. A
+    /// full `y` would lift the particle against gravity, and the particle would bounce higher each
+    /// time.
     ///
     /// A contact that is released later keeps its `y`: geometry decides where a particle may be,
-    /// forces decide what holds it.
+    /// forces decide whether the contact holds it.
     #[doc(alias = "Baraff-Witkin section 6")]
     pub fn detect_altering(
         &mut self,
@@ -396,9 +402,10 @@ impl ContactSet {
         }
     }
 
-    /// As [`detect_multistep`](Self::detect_multistep), but a contact also begins where the
-    /// velocities `free` (m/s) that the step has found without contacts would end it inside. It is
-    /// for methods that project positions: none ends more than the curvature of a surface inside.
+    /// As [`detect_multistep`](Self::detect_multistep), for methods that project positions. A
+    /// contact also begins if the velocities `free` (m/s), which the step found without contacts,
+    /// would end the step inside the obstacle. So no particle penetrates by more than the curvature
+    /// of the surface allows.
     pub fn detect_predicted(
         &mut self,
         system: &System,
@@ -508,7 +515,7 @@ impl ContactSet {
         }
     }
 
-    /// Calls `look` with constraints of the present contacts and pins that leave out friction, then
+    /// Calls `look` with constraints of the present contacts and pins that omit friction, then
     /// restores the friction.
     pub fn without_friction<T>(
         &mut self,
@@ -527,8 +534,8 @@ impl ContactSet {
         seen
     }
 
-    /// Writes the pins and the contacts that are left to `constraints`, all friction at rest on its
-    /// surface: for a further stage of the same step.
+    /// Writes the pins and the remaining contacts to `constraints`, for a further stage of the same
+    /// step. All particles with friction are at rest on their surfaces.
     pub fn write(&self, system: &System, constraints: &mut Constraints) {
         constraints.clear();
         hold_pins(system, constraints);
@@ -548,13 +555,13 @@ impl ContactSet {
         }
     }
 
-    /// Solves a step under its constraints, and again where contacts are released or slide.
+    /// Solves a step under its constraints. Repeats the solve if contacts are released or slide.
     ///
-    /// `solve` gets the constraints and, where there are contacts, the memory of `impulse` for the
-    /// part of the solution that is wanted.
+    /// `solve` is called with the constraints. Where there are contacts, it also gets the memory of
+    /// `impulse` for the wanted part of the solution.
     ///
     /// # Errors
-    /// The first error of `solve`.
+    /// The first error that `solve` returns.
     pub fn solve<E>(
         &mut self,
         system: &System,
@@ -617,11 +624,12 @@ impl ContactSet {
         kept < before
     }
 
-    /// Decides about contacts with friction, across a gap too, for methods that move by the old
-    /// velocities `v`, m/s: these lead away from a round surface, and from a plane by round-off.
-    /// `end` gives the velocity of a particle at the end of the step without the contact. Where
-    /// that leads away, the contact ends; else it stays, whatever [`project`](Self::project) finds.
-    /// Particles with several contacts are left to `project`.
+    /// Decides about contacts with friction, also across a gap, for methods that move positions by
+    /// the old velocities `v`, m/s. Such velocities lead away from a round surface, and by
+    /// round-off also from a plane. `end` gives the velocity that a particle would have at the end
+    /// of the step without the contact. If that velocity leads away, the contact ends; otherwise
+    /// the contact stays, whatever [`project`](Self::project) finds. Particles with several
+    /// contacts are left to `project`.
     ///
     /// Call it after [`detect`](Self::detect).
     pub fn hold_gaps(
@@ -656,9 +664,9 @@ impl ContactSet {
         self.write(system, constraints);
     }
 
-    /// Ends a step. It cuts the normal velocities to those that the impacts left, and remembers
+    /// Ends a step. It reduces the normal velocities to those that the impacts left, and records
     /// which contacts were active. It calls `changed` for each particle whose history no longer
-    /// fits: a contact began, ended or cut its velocity.
+    /// fits, because a contact began, ended or cut its velocity.
     pub fn settle(&mut self, v: &mut [Vec3], mut changed: impl FnMut(Change<'_>)) {
         if self.obstacles == 0 {
             return;
@@ -704,9 +712,9 @@ impl ContactSet {
 }
 
 impl ContactSet {
-    /// Imposes pins and contacts on the velocity of a step without them, particle by particle: for
-    /// methods whose velocities do not solve a linear system. Contacts that would pull are
-    /// released.
+    /// Imposes pins and contacts on the velocity of a step that was computed without them, particle
+    /// by particle. It is for methods whose velocities do not solve a linear system. Contacts that
+    /// would pull are released.
     pub fn project(
         &mut self,
         system: &System,
@@ -731,9 +739,9 @@ impl ContactSet {
         }
     }
 
-    /// Takes the velocity into the obstacle from particles in contact: for methods whose forces act
-    /// after the constraint, where weight would show as a speed of `g h` at rest. Friction takes
-    /// its share along the surface.
+    /// Removes the velocity into the obstacle from particles in contact. It is for methods whose
+    /// forces act after the constraint; otherwise weight would show as a speed of `g h` at rest.
+    /// Friction reduces the velocity along the surface.
     pub fn stop(&self, v: &mut [Vec3]) {
         for group in self.candidates.chunk_by(|a, b| a.particle == b.particle) {
             let velocity = &mut v[group[0].particle as usize];
@@ -750,7 +758,7 @@ impl ContactSet {
         }
     }
 
-    /// Writes the velocity that an impact leaves of `v`, m/s: for methods whose forces act
+    /// Writes the velocity `v`, m/s, as an impact leaves it, for methods whose forces act
     /// afterwards. Call it after [`project`](Self::project), whose contacts it uses.
     pub fn strike(
         &self,
@@ -776,9 +784,10 @@ impl ContactSet {
     }
 
     /// Removes the part along the normals from the accelerations of particles that stay in contact,
-    /// for methods that extrapolate them: the obstacle bears that part. Particles that the next `h`
-    /// seconds lead away, say after a rebound, keep theirs. With friction nothing is left: a
-    /// rubbing particle moves by its velocity alone.
+    /// m/s². The obstacle bears that part. It is for methods that extrapolate accelerations.
+    /// Particles that leave the surface within the next `h` seconds, say after a rebound, keep
+    /// their acceleration. With friction the whole acceleration is removed, because such a particle
+    /// moves by its velocity alone.
     pub fn support(&self, h: f64, a: &mut [Vec3]) {
         let stays = |contact: &Contact| match contact.surface {
             None => contact.keep * h <= TOUCHING,

@@ -6,10 +6,10 @@
 //!
 //! # What it is
 //!
-//! An explicit step must resolve the fastest vibration of the stiffest spring, which nobody wants
-//! to see. A method that takes the force at the *new* level may step over it. Take backward Euler
-//! as the reference at a given step, and where each step must be solved to the end. BDF2 costs the
-//! same and is more accurate.
+//! An explicit step must resolve the fastest vibration of the stiffest spring, although nobody
+//! wants to see this vibration. A method that takes the force at the *new* level may step over it.
+//! Take backward Euler as the reference at a given step, and where each step must be solved to
+//! convergence. BDF2 costs the same and is more accurate.
 //!
 //! # The mathematics
 //!
@@ -22,36 +22,36 @@
 //! (4) is the stationarity condition of the incremental potential
 //! [`Φ(v) = ½‖v − v̂‖²_M + U(x_n + h v) + (h/2) vᵀ D v`](drape_integrator::IncrementalPotential),
 //! which [`Newton`](drape_integrator::Newton) minimises (5). It starts at the best of `v_n`, the
-//! inertial target `v̂` and the extrapolation (22). It takes the exact Hessian while that is
-//! positive definite, else the projected one, and an Armijo line search.
+//! inertial target `v̂` and the extrapolation (22). It uses the exact Hessian while this is
+//! positive definite, otherwise the projected Hessian, and an Armijo line search.
 //! [`drape_integrator::ImplicitStage`] evaluates the explicit forces, finds the contacts and
 //! minimises.
 //!
 //! * **Order and stability.** Order 1, and L-stable on linear problems: on the oscillator the
 //!   amplification matrix is `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`.
 //! * **Conservation.** Linear momentum is conserved, to round-off with `solver=cholesky` and to the
-//!   tolerance of the solve with the default solver: the sum of a residual over the particles is
-//!   momentum. The angular momentum of one spring obeys
-//!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: it decays in tension and *grows in compression*.
-//!   So backward Euler is **not** energy monotone. It guarantees `Φ(v_{n+1}) ≤ Φ(v)`, up to
-//!   round-off, for every start that was tried.
+//!   tolerance of the solve with the default solver: because the sum of a residual over the
+//!   particles is a momentum. The angular momentum of one spring obeys
+//!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: this angular momentum decays in tension and
+//!   *grows in compression*. So backward Euler is **not** energy monotone. It guarantees
+//!   `Φ(v_{n+1}) ≤ Φ(v)`, up to round-off, for every start `v` that the step considers.
 //! * **Stop test.** `‖S∇Φ‖_{M⁻¹} ≤ max(residual · scale, round-off)`. The scale is the change of
 //!   velocity that the forces at the start would make in the step, so it does not depend on the
 //!   frame. The round-off is that of forces of size `k|x|`, about `ε_mach h k |x|`, whatever the
 //!   strain. At very large `h²k/m` Newton's method follows a curved valley and may need more than
 //!   its 100 iterations; the step then reports `IterationLimit`.
-//! * **Settings.** They cover further work that the paper names, and do not change the stop test,
-//!   so the solution is the same. `jacobian=saved` keeps the factor over iterations and steps while
-//!   corrections shrink by 0.3 or better, `h` changes by less than 20 %, contacts and pins stay,
-//!   and for at most 20 steps. `solver=cg` solves Newton's systems by conjugate gradients as
-//!   tightly as `cg_tolerance` or Eisenstat and Walker (`forcing`) say, preconditioned by the
-//!   diagonal blocks or by the saved factor. `solver=multigrid` preconditions them by a cycle of
-//!   [multigrid](drape_solvers::Multigrid) on the Hessian. `solver=auto`, the default, takes one of
-//!   the last two by the stiffness, see below, or with `jacobian=saved` the saved factor.
-//!   `solver=cholesky` factorises in each iteration: the most exact, and for large sheets by far
-//!   the slowest. `safeguard=work` prolongs [linearised](drape_integrator::Safeguard) steps.
-//!   `tolerance` puts the method under
-//!   [step size control](drape_integrator::Adaptive).
+//! * **Settings.** They cover further work that the paper names. They do not change the stop test,
+//!   so the solution is the same. `jacobian=saved` keeps the factor over iterations and steps, for
+//!   at most 20 steps, while corrections shrink by a factor of 0.3 or better, `h` changes by less
+//!   than 20 %, and contacts and pins stay. `solver=cg` solves Newton's systems by conjugate
+//!   gradients. `cg_tolerance` or the rule of Eisenstat and Walker (`forcing`) sets their
+//!   tolerance; the diagonal blocks or the saved factor precondition them. `solver=multigrid`
+//!   preconditions them by a cycle of [multigrid](drape_solvers::Multigrid) on the Hessian.
+//!   `solver=auto`, the default, chooses one of the last two by the stiffness (see below), or the
+//!   saved factor with `jacobian=saved`. `solver=cholesky` factorises in each iteration. It is the
+//!   most exact solver, and for large sheets by far the slowest. `safeguard=work` continues
+//!   [linearised](drape_integrator::Safeguard) steps that would gain energy. `tolerance` puts the
+//!   method under [step size control](drape_integrator::Adaptive).
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -62,11 +62,12 @@
 //! # Where it failed here, and what it cost
 //!
 //! The hanging sheet: 400 particles, shear springs of 0.1 k, k/m = 1e6, h = 0.01 s. With factors a
-//! step takes three Newton iterations, each with one of 1200 unknowns: about 7 ms. That is some 600
-//! steps of symplectic Euler, of which about 15 would cover the same time. The sheet falls like the
-//! exact one where IMEX Euler locks. The error is numerical damping: order 1 on a smooth scene,
-//! observed order 0.43 where springs of k/m = 1e6 vibrate within a step. A spinning sheet loses 4 %
-//! of its angular momentum in a second. BDF2 is 1.7 to 3.4 times as accurate there.
+//! step takes three Newton iterations, each with one of 1200 unknowns: about 7 ms. In that time
+//! symplectic Euler takes some 600 steps, although about 15 of its steps would cover the same
+//! simulated time. The sheet falls like the exact one, while with IMEX Euler it locks. The error is
+//! numerical damping: order 1 on a smooth scene, observed order 0.43 where springs of k/m = 1e6
+//! vibrate within a step. A spinning sheet loses 4 % of its angular momentum in a second. BDF2 is
+//! 1.7 to 3.4 times as accurate there.
 //!
 //! *Saved Jacobians, CG.* 25 steps of 0.01 s on the same sheet (from the record `solver-control`):
 //!
@@ -95,11 +96,11 @@
 //! | multigrid, CG, Eisenstat-Walker | | 5.9 | 32 | 22 |
 //!
 //! * All rows but the last, which was not compared there, end within 2e-12 m of each other, with
-//!   the same residual. Where springs are compressed a step may have several solutions, and the way
-//!   decides which one is found: on `sheet-on-sphere` multigrid ends 5 mm from the others after 0.2
-//!   s, with `cg_tolerance=1e-6` beside them.
+//!   the same residual. If springs are compressed, a step may have several solutions, and the path
+//!   of the iteration decides which one it finds: on `sheet-on-sphere` multigrid ends 5 mm from the
+//!   others after 0.2 s, with `cg_tolerance=1e-6` beside them.
 //! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of fresh factors; the factor is
-//!   renewed about once a step, and the other settings differ little. With `solver=multigrid` it
+//!   renewed about once per step. The other settings differ little. With `solver=multigrid` it
 //!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
 //!   grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
 //!   `results/profile.md` has all times, and `profile` in `benches` measures them again.
@@ -107,11 +108,11 @@
 //!   factor serves no more than one step as a solver, but still as a preconditioner.
 //! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, needs half the
 //!   iterations of the diagonal blocks (303 against 567 to 1e-3 on a matrix of this kind). It takes
-//!   as long as they do: across the springs, where the cloth hardly resists, the Laplacian is as
-//!   stiff as along them. Multigrid has no such fault, though its weights come from the same
-//!   Laplacian: its coarse matrices are made from the Hessian.
+//!   as long as they do, because the Laplacian is as stiff across the springs, where the cloth
+//!   hardly resists, as along them. Multigrid does not have this disadvantage. Its weights come
+//!   from the same Laplacian, but its coarse matrices are made from the Hessian.
 //! * A factor in single precision saved 3 % of a step with `jacobian=saved,solver=cg`: arithmetic
-//!   bounds the sweeps, and the factorisation is done once a step.
+//!   bounds the sweeps, and the factorisation is done once per step.
 //! * A prototype of incomplete Cholesky without fill-in of the 3×3 blocks needed 119 iterations a
 //!   step; diagonal blocks needed 743, multigrid 27. It took 1.4 times as long as multigrid. Coarse
 //!   motions along the springs' directions, or with rotations, did not help.
@@ -121,22 +122,23 @@
 //! *The solver by the stiffness.* `solver=auto` takes conjugate gradients with diagonal blocks in
 //! stages up to `τ_x τ_v k/m = 200`, where `k` sums the stiffnesses of all springs at a particle,
 //! and multigrid above, both with the rule of Eisenstat and Walker. The step starts at the
-//! candidate with the least residual. It takes a full step where the gradients at both ends say
-//! that the potential falls (approximate Wolfe conditions), and no energy is evaluated then. So it
-//! takes about half the force evaluations.
+//! candidate with the least residual. It takes a full step if the gradients at both ends show that
+//! the potential falls (approximate Wolfe conditions), and then evaluates no energy. So it takes
+//! about half the force evaluations.
 //!
-//! From 1000 particles on, multigrid keeps its coarse matrices over the iterations of a stage while
-//! a solve takes at most ten cycles. Conjugate gradients then run in [single
-//! precision](drape_solvers::SinglePcg) up to 2000, on regular grids without obstacles: contacts
-//! need blocks that it does not hold. Its forcing terms are at most 0.03, but where a looser solve
-//! reaches the goal, and at least 1e-5. Newton's residual, in double precision, judges what it
-//! finds, so the step ends at the same one. Where single precision fails, the rest of the stage is
-//! solved by conjugate gradients in double precision up to 200 and by multigrid above.
+//! From 1000 particles on, multigrid reuses its coarse matrices over the iterations of a stage
+//! while a solve takes at most ten cycles. Conjugate gradients then run in
+//! [single precision](drape_solvers::SinglePcg) up to `τ_x τ_v k/m` = 2000, on regular grids
+//! without obstacles; contacts need blocks that single precision does not hold. The forcing terms
+//! are at most 0.03, unless a looser solve reaches the goal, and at least 1e-5. Newton's residual,
+//! in double precision, checks the result, so the step ends at the same residual. If single
+//! precision fails, the rest of the stage is solved in double precision: by conjugate gradients up
+//! to 200 and by multigrid above.
 //!
-//! The limit of 200 comes from the sheet of 52 × 52 particles of the table above. Processor time of
-//! a step in units of one of `baraff-witkin`, a step that is linearised and solved less tightly;
-//! first 6 to 60 steps, other work beside it, both solvers by name and so in double precision:
-//!
+//! The limit of 200 comes from the sheet of 52 × 52 particles of the table above. The next table
+//! shows the processor time of a step, in units of a step of `baraff-witkin`, which is linearised
+//! and solved less tightly. It covers the first 6 to 60 steps, with other work on the machine. Both
+//! solvers were named, so they ran in double precision.
 //! | `k/m` | greatest `h²k/m` as above | CG | multigrid | force evaluations of CG |
 //! |---|---|---|---|---|
 //! | 1e4 | 4.8 | 4.3 | 9.6 | 18 |
@@ -144,8 +146,8 @@
 //! | 1e6 | 480 | 4.5 | 3.6 | 19 |
 //! | 1e8 | 48 000 | 4.5 | 1.6 | 28 |
 //!
-//! `results/profile.md` has the time of the default. What keeps a converged step dearer than a
-//! linearised one is the number of its products.
+//! `results/profile.md` has the time of the default. A converged step costs more than a linearised
+//! one because it needs more products.
 //!
 //! Plots: work against error in `results/figures/control-work.svg`, error against the step in
 //! `order-smooth.svg` and `order-stiff.svg`, spin in `momentum-spin.svg`, hard cases in
@@ -158,6 +160,6 @@ mod step;
 pub use settings::{BACKWARD_EULER, BackwardEulerSettings};
 pub use step::{BackwardEuler, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

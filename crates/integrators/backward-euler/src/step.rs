@@ -12,7 +12,7 @@ use drape_solvers::bands::bands;
 /// Backward Euler with Newton's method.
 pub type BackwardEuler = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::controlled::<Workspace>(&BACKWARD_EULER);
 
 /// Memory of a step, and history.

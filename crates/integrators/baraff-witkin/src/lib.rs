@@ -1,15 +1,15 @@
 //! Baraff and Witkin's linearised implicit step (*Large Steps in Cloth Simulation*, SIGGRAPH 1998):
-//! backward Euler with one linear solve a step.
+//! backward Euler with one linear solve per step.
 //!
 //! builds-on: backward Euler → **Baraff-Witkin** → Desbrun → Kang → IMEX
 //!
 //! # What it is
 //!
-//! Backward Euler asks for the forces at the end of the step, and so for the solution of a
-//! nonlinear system. Baraff and Witkin replace these forces by their first-order expansion about
-//! the start. In the terms of EEH section 2.3 this is one iteration of (5) with the Jacobian at the
-//! start. Take it for stiff cloth, large steps and heavy damping: its 3×3 blocks are stiff along
-//! each spring and nearly free across, so the sheet does not lock as with IMEX Euler.
+//! Backward Euler needs the forces at the end of the step, and so the solution of a nonlinear
+//! system. Baraff and Witkin replace these forces by their first-order expansion about the start.
+//! In the terms of EEH section 2.3 this is one iteration of (5) with the Jacobian at the start.
+//! Take it for stiff cloth, large steps and heavy damping. Its 3×3 blocks are stiff along each
+//! spring and nearly free across it, so the sheet does not lock as with IMEX Euler.
 //!
 //! # The mathematics
 //!
@@ -22,41 +22,43 @@
 //! p = A Δv − b                                                              (17)
 //! ```
 //!
-//! * **Jacobians.** A spring has `−∂f/∂x = k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]`, negative across where it
-//!   is compressed. With `h²k/m (ℓ/L − 1) > 1` the matrix may lose its definiteness, which
-//!   conjugate gradients need. By default (`hessian=clamped`) the negative part is left out on both
-//!   sides of the equation, which then also reads
+//! * **Jacobians.** A spring has `−∂f/∂x = k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]`, which is negative across
+//!   a compressed spring. With `h²k/m (ℓ/L − 1) > 1` the matrix may become indefinite, but
+//!   conjugate gradients need a definite one. By default (`hessian=clamped`) the negative part is
+//!   left out on both sides of the equation, which is then equivalent to
 //!   `(M − h ∂f/∂v − h² ∂f/∂x) v_{n+1} = M v_n + h (f_0 − ∂f/∂v v_n)`.
 //! * **Damping.** Full damping is linear. Projected damping takes its directions at `x_n`,
-//!   `−∂f/∂v = c ûûᵀ`, and leaves out the turning of `û` in `∂f/∂x`; Baraff and Witkin leave out
-//!   only its non-symmetric part. The difference is of second order in `h`, so the step stays of
-//!   order 1.
+//!   `−∂f/∂v = c ûûᵀ`, and neglects the rotation of `û` in `∂f/∂x`. Baraff and Witkin neglect only
+//!   its non-symmetric part. The difference is of second order in `h`, so the step stays of order
+//!   1.
 //! * **Constraints.** Filtered conjugate gradients with the *changes* of velocity `z` prescribed
-//!   start from the prescribed part alone. `p`, kg m/s, is the impulse of the constraints: a
+//!   start from the prescribed part alone. `p`, kg m/s, is the impulse of the constraints. A
 //!   contact that pulls is released.
 //! * **Contacts.** `contact=velocity` leads particles out of obstacles as all other methods here
 //!   do. `contact=position` alters positions: `y` puts a particle on the surface in the step that
-//!   finds it inside, and `∂f/∂x y` tells its neighbours within the same step. EEH chose velocities
-//!   because `y` had raised their iteration counts.
+//!   finds it inside, and `∂f/∂x y` transmits this to its neighbours within the same step. EEH
+//!   chose velocities because `y` had raised their iteration counts.
 //! * **Matrix.** `b` is formed without a matrix: each spring's block multiplies the difference of
-//!   `h v_0 + y` at its ends. So a motion of the whole sheet adds exactly nothing. The matrix is
-//!   [`drape_integrator::Linearisation`]'s. It holds for one step, and each step is charged a
-//!   set-up.
+//!   `h v_0 + y` at its ends. So a translation of the whole sheet adds exactly nothing. The matrix
+//!   is that of [`drape_integrator::Linearisation`]. It is valid for one step, so each step counts
+//!   a set-up.
 //! * **Solvers.** Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits
 //!   the mesh, filled in one sweep together with `b`; all layouts give the same bits. They never
-//!   end in an error: they report where they stopped, and the step takes the last iterate. Where a
-//!   diagonal block of the raw matrix is not definite they run without a preconditioner. The direct
-//!   solver (`solver=cholesky`) factorises `S A S` again after every release of contacts. For the
-//!   raw matrix it is `L D Lᵀ`, which also solves indefinite systems and reports them as
-//!   `Indefinite`. Overflow and pivots lost in round-off are errors that leave the state as it was.
+//!   end in an error: they report the residual at which they stopped, and the step uses the last
+//!   iterate. If a diagonal block of the raw matrix is not definite, they run without a
+//!   preconditioner. The direct solver (`solver=cholesky`) factorises `S A S` again after every
+//!   release of contacts. For the raw matrix it is `L D Lᵀ`, which also solves indefinite systems
+//!   and reports them as `Indefinite`. Overflow, and pivots lost in round-off, are errors that
+//!   leave the state unchanged.
 //! * **Left out:** step size control by the stretch of the triangles, and energies of triangles;
 //!   forces here are those of springs.
 //!
 //! Where forces are linear (rest length 0, or along a spring) the step is backward Euler's,
 //! `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. Two free particles obey
 //! `L_{n+1} = L_n / (1 + η + θ max(0, 1 − ℓ/len_n))`, with the length *before* the step and `η = 0`
-//! for projected damping: a spring brakes its own rotation neither at rest length nor in
-//! compression. Raw, without the maximum, compression spins it up.
+//! for projected damping: a spring slows its own rotation neither at rest length nor in
+//! compression. With the raw matrix, which has no maximum in the formula, compression makes it spin
+//! faster.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -76,7 +78,7 @@
 //! *The hanging sheet*, 20 × 20 particles of 1 g on 1 m², shear springs with a tenth of `k`, `c/m`
 //! = 40 /s (shear: 4), `h` = 0.01 s. Path of the middle of the free edge in the first second, m:
 //!
-//! | `k/m`, 1/s² | backward Euler | direct | CG, ε = 1e-3 | its iterations a step | raw, direct |
+//! | `k/m`, 1/s² | backward Euler | direct | CG, ε = 1e-3 | its iterations per step | raw, direct |
 //! |---|---|---|---|---|---|
 //! | 1e2 | 4.941 | 4.941 | 4.941 | 6 | 4.941 |
 //! | 1e4 | 3.206 | 3.209 | 3.209 | 10 | 3.208 |
@@ -85,13 +87,13 @@
 //! | 1e7 | 2.607 | 2.271 | 2.271 | 82 | 2.276 |
 //! | 1e8 | 2.600 | 1.892 | 1.857 | 114 | 1.958 |
 //!
-//! Nothing locks up to 1e6. Beyond, one linearisation is not enough: a fast rotation stretches the
-//! springs within the step, and the next steps lose motion over it. A loose tolerance loses more
-//! (1.596 m at 1e8 with ε = 1e-2).
+//! Up to 1e6 nothing locks. Beyond 1e6 one linearisation is not enough: a fast rotation stretches
+//! the springs within the step, and the following steps lose motion because of it. A loose
+//! tolerance loses more (1.596 m at 1e8 with ε = 1e-2).
 //!
-//! *Energy.* There is no energy theorem. In the runs above energy never rises. At larger `h²k/m` it
-//! does, even with direct solves, and falls again afterwards. The fall sets about 2 J free. Largest
-//! energy above the start, direct solves:
+//! *Energy.* There is no energy theorem. In the runs above, the energy never rises. At larger
+//! `h²k/m` it rises, even with direct solves, and falls again afterwards. The fall of the sheet
+//! releases about 2 J. Largest energy above the start, direct solves:
 //!
 //! | `h`, s | `k/m`, 1/s² | shear springs | undamped | `c/m` = 40 /s |
 //! |---|---|---|---|---|
@@ -106,8 +108,9 @@
 //! not: to more than 1e10 J with `h` = 0.1 s and `k/m` = 1e6, solved exactly or not.
 //!
 //! *Explicit shear* (`implicit=tension`) is limited as in symplectic Euler, `h²λ < 4`. Tension
-//! springs do not resist shear, and their blocks, unlike the scalar matrix of the implicit-explicit
-//! methods, do not help either. With a tenth of `k` the sheet above gains 8 kJ at `k/m` = 1e6.
+//! springs do not resist shear. Unlike the scalar matrix of the implicit-explicit methods, their
+//! blocks do not stabilise the explicit springs either. With a tenth of `k` the sheet above gains 8
+//! kJ at `k/m` = 1e6.
 //!
 //! *Velocity or position.* Iterations in 1 s of the table cloth (`square-table`), velocity →
 //! position:
@@ -117,13 +120,14 @@
 //! | 1e4 | 1219 → 1343 | 1367 → 1327 | 1604 → 1545 | 3083 → 3668 |
 //! | 1e6 | 3051 → 3043 | 3788 → 7299 | 6735 → 9351 | 9543 → 10068 |
 //!
-//! Positions cost more in most rows and up to twice as much, most of it where the cloth is stiff.
-//! EEH's observation holds, though not everywhere. Energy rose in none of these runs.
+//! Position alteration costs more in most rows, and up to twice as much. The cost is highest where
+//! the cloth is stiff. EEH's observation holds, though not in every case. Energy rose in none of
+//! these runs.
 //!
 //! *Speed.* A step of the hanging sheet, `k/m` = 1e4 /s², `h` = 0.01 s, ε = 1e-3, all springs
 //! implicit. µs of processor time on one core of a shared Zen 4. Beside it stands a program on
-//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations a step because it starts
-//! from the last `Δv`; this one takes 9.8:
+//! Eigen (assembly by known positions, Jacobi), which takes 6.5 iterations per step because it
+//! starts from the last `Δv`; this one takes 9.8:
 //!
 //! | particles | Eigen | here | ratio |
 //! |---|---|---|---|
@@ -172,6 +176,6 @@ pub use settings::{
 };
 pub use step::{BaraffWitkin, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -12,7 +12,7 @@ use drape_solvers::Constraints;
 /// Baraff and Witkin's implicit step.
 pub type BaraffWitkin = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&BARAFF_WITKIN);
 
 /// Memory of a step.

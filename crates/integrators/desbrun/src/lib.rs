@@ -5,10 +5,10 @@
 //!
 //! # What it is
 //!
-//! The linear system is what an implicit step costs. Desbrun, Schröder and Barr replace the Hessian
-//! of the springs by its constant part, the graph Laplacian of the stiffnesses. The matrix
-//! `A = M + h² L_k + h L_c` can then be inverted once, before the simulation. Take it where the
-//! step and the springs never change, and where folds may move slowly.
+//! Most of the cost of an implicit step is its linear system. Desbrun, Schröder and Barr replace
+//! the Hessian of the springs by its constant part, the graph Laplacian of the stiffnesses. The
+//! matrix `A = M + h² L_k + h L_c` can then be inverted once, before the simulation. Take it where
+//! the step and the springs never change, and where folds may move slowly.
 //!
 //! # The mathematics
 //!
@@ -23,27 +23,27 @@
 //! x_{n+1} = x_n + h v_{n+1}                                                            (D5)
 //! ```
 //!
-//! Viscosity passes the filter, gravity does not. Without (D3) and external forces, this *is* IMEX
-//! Euler (EEH (21)) with another solver: with `torque=none` the two give the same trajectory. The
-//! constant matrix is wrong about rotation: it resists sideways motion of every spring. The
-//! filtered forces then have a torque, which (D3) corrects.
+//! The viscosity passes through the filter, gravity does not. Without (D3) and external forces this
+//! *is* IMEX Euler (EEH (21)) with another solver: with `torque=none` the two methods give the same
+//! trajectory. The constant matrix misrepresents rotation, because it resists sideways motion of
+//! every spring. The filtered forces then have a torque, which (D3) corrects.
 //!
 //! * **Inverse.** `inverse=cholesky` (default) keeps a sparse Cholesky factor of `A`.
 //!   `inverse=dense` keeps `A⁻¹` itself, as published: `n²` numbers, and as many of work space.
 //!   Both are exact. A dense inverse above `memory_limit_mib` is refused before it is allocated.
 //!   Both are rebuilt when `h`, a stiffness, a damping coefficient, a mass or a pin changes, and
-//!   the step that needs the rebuild is charged for it. Rows of pinned particles are taken out;
-//!   their springs stay in the diagonal of their neighbours.
+//!   the report of that step counts the rebuild. Rows of pinned particles are removed; their
+//!   springs stay in the diagonal of their neighbours.
 //! * **`torque`** (module `torque`) has three values. `none`: no correction. `literal`: the
 //!   published formula, in which the correction has the unit of force × length² × time and so
 //!   depends on the units of the scene. `consistent` (default): (D3), the rigid rotation that
 //!   restores the angular momentum which the filter took. Full damping has a torque of its own,
-//!   which stays. Pins and contacts may take any torque, so with a pinned particle `consistent`
-//!   does nothing.
+//!   which is not corrected. Pins and contacts may take any torque, so with a pinned particle
+//!   `consistent` does nothing.
 //! * **`inverse_dynamics=true`** shortens over-stretched springs after the step like Provot
 //!   ([`drape_integrator::ElongationLimit`]). The velocity is always the distance moved over `h`.
-//! * **Contacts** act on the resulting velocity, particle by particle: the inverse is that of the
-//!   free cloth.
+//! * **Contacts** act on the resulting velocity, particle by particle: because the inverse is that
+//!   of the free cloth.
 //!
 //! The order is 1, and momentum is conserved. With `torque=none`, full damping, no contacts and not
 //! both pins and gravity the method is IMEX Euler, and its energy never rises.
@@ -59,15 +59,15 @@
 //!
 //! # Where it failed here
 //!
-//! A stiff sheet *locks*: springs lose sideways velocity by `1/(1+θ)` a step. The torque correction
-//! restores the rotation of the whole and nothing else; drape and folds stay locked. No theorem
-//! bounds the energy where contacts act, which are outside the filter, or corrections: the stiff
-//! square table gained 0.4 J at h = 0.01 s. Filtered gravity would be slower still; unfiltered
-//! gravity beside pins costs the energy theorem.
+//! A stiff sheet *locks*: springs lose sideways velocity by a factor of `1/(1+θ)` per step. The
+//! torque correction restores only the rotation of the whole sheet; drape and folds stay locked.
+//! Contacts and corrections act outside the filter, and no theorem bounds the energy that they add:
+//! the stiff square table gained 0.4 J at h = 0.01 s. Filtered gravity would be slower still;
+//! unfiltered gravity beside pins invalidates the energy theorem.
 //!
-//! The dense inverse costs `n²` numbers and products a step, and `n³` operations at each change.
-//! The sparse factor gives the same motion for a small fraction of both. A change of `h` or `k`
-//! costs one factorisation.
+//! The dense inverse costs `n²` numbers and `n²` products per step, and `n³` operations at each
+//! change. The sparse factor gives the same motion for a small fraction of both. A change of `h` or
+//! `k` costs one factorisation.
 //!
 //! Measured on the hanging sheet of 400 particles with shear springs of 0.1 k, k/m = 1e6, h = 0.01
 //! s:
@@ -91,8 +91,8 @@
 //! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin
 //! in `momentum-spin.svg`, hard cases in `hard-cases.svg`.
 //!
-//! To try next: an updated right-hand side, which takes the locking back (`drape-imex`, EEH
-//! Algorithm 1).
+//! To try next: an updated right-hand side, which removes the locking (`drape-imex`, EEH Algorithm
+//! 1).
 
 mod ledger;
 mod settings;
@@ -102,6 +102,6 @@ mod torque;
 pub use settings::{DESBRUN, DesbrunSettings, Inverse, Torque};
 pub use step::{Desbrun, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

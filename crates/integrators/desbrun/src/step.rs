@@ -12,7 +12,7 @@ use drape_model::{State, System, Vec3};
 /// Desbrun, Schröder and Barr's precomputed inverse.
 pub type Desbrun = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&DESBRUN);
 
 /// Memory of a step, and the precomputed inverse.

@@ -5,11 +5,11 @@
 //!
 //! # What it is
 //!
-//! A step of a Runge–Kutta method has stages inside the step. If each stage depends on itself and
-//! on earlier ones only, it is a step of backward Euler from another start, with the same solver.
-//! Two such solves give order 2 and damp stiff vibrations as backward Euler does. Take TR-BDF2, the
-//! default, wherever backward Euler is taken. Take `esdirk3` or `sdirk4` for errors below 1e-4
-//! where the springs are damped.
+//! A step of a Runge–Kutta method has stages inside the step. If a stage depends only on itself and
+//! on earlier stages, it is a step of backward Euler from another start, with the same solver. Two
+//! such solves give order 2 and damp stiff vibrations as backward Euler does. Prefer TR-BDF2, the
+//! default, to backward Euler. Take `esdirk3` or `sdirk4` for errors below 1e-4 where the springs
+//! are damped.
 //!
 //! # The mathematics
 //!
@@ -42,12 +42,12 @@
 //!   stability function, `sdirk3` and `esdirk3` another. The *stage order* decides where stiff
 //!   springs turn, see below.
 //! * **Conservation.** Momentum, to round-off with `solver=cholesky` and to the tolerance of the
-//!   solve with the default solver: what is left of a residual is momentum. Angular momentum is kept
-//!   to the order only.
-//! * **Contact.** Contacts are found once a step. Along its normals a particle in contact has the
-//!   same velocity in every stage, the one that leads `x_{n+1}` to the surface. Each stage finds
-//!   the impulses of contacts and friction anew: `a_i` leaves them out. With them the coefficients,
-//!   which are larger than 1, would turn an impact round. Constant sliding is exact.
+//!   solve with the default solver: the remaining residual is a momentum. Angular momentum is
+//!   conserved only to the order of the method.
+//! * **Contact.** Contacts are found once per step. Along its normals a particle in contact has the
+//!   same velocity in every stage, namely the one that leads `x_{n+1}` to the surface. Each stage
+//!   finds the impulses of contacts and friction anew, so `a_i` omits them. With them the
+//!   coefficients, some of which exceed 1, would reverse an impact. Constant sliding is exact.
 //! * **Damping.** Full damping keeps the order. Projected damping and air take directions and
 //!   coefficients at a prediction within `O(h²)`; at order 3 and 4 each stage is solved a second
 //!   time with those of the first solution.
@@ -78,21 +78,21 @@
 //! | `esdirk3` | 6.94e-6 | 1.15e-7 | 6.23e-5 | 1.08e-6 | 6.9 |
 //! | `sdirk4` | 1.67e-7 | 7.3e-10 | 3.18e-5 | 1.87e-7 | 10.6 |
 //!
-//! * TR-BDF2 takes 1.4 times the iterations of backward Euler at k/m = 1e6 and is 65 times as
+//! * At k/m = 1e6 TR-BDF2 takes 1.4 times the iterations of backward Euler and is 65 times as
 //!   accurate. At 1e8 the errors are 3.2e-4 and 1.9e-2.
 //! * At 1e6 and h = 0.01 s, where the springs vibrate within a step, `sdirk3` is no better than the
 //!   methods of order 2: its stage order is 1.
 //! * `jacobian=saved` takes 27 factorisations for 30 steps at 1e6, 68 at 1e8, and 5 with heavy
 //!   damping (d/m = 1000/s at 1e6), where `solver=cholesky` takes 123, 185 and 120. The time is
 //!   half.
-//! * One CG solve a stage: 3.36e-4 for 26 CG iterations a step at 1e6, 0.01 s; 8.7e-5 for 14 at
+//! * One CG solve per stage: 3.36e-4 for 26 CG iterations per step at 1e6, 0.01 s; 8.7e-5 for 14 at
 //!   0.005 s. That is the error of full Newton at a seventh of its time.
 //! * [`safeguard=work`](drape_integrator::Safeguard) iterates again in a stage whose residual adds
 //!   energy. On the sheet of 20 × 20 particles in the docs of `drape-multistep`, over 5 s with one
-//!   step a frame, it needs 2.0 iterations a stage and gains nothing; one iteration a stage gains
+//!   step a frame, it needs 2.0 iterations per stage and gains nothing; one iteration a stage gains
 //!   260 J.
-//! * Over 2 s at h = 0.01 s, one CG solve a stage never raises the energy: not at k/m = 1e4, 1e6
-//!   and 1e8 with d/m = 40/s (120 CG iterations a step at 1e8), not at 1e6 without damping.
+//! * Over 2 s at h = 0.01 s, one CG solve per stage never raises the energy: not at k/m = 1e4, 1e6
+//!   and 1e8 with d/m = 40/s (120 CG iterations per step at 1e8), not at 1e6 without damping.
 //!   Undamped at h = 0.0025 s it rises by 2e-4 J once, of 4 J. Midpoint and generalized-α with one
 //!   solve gain energy without bound in two of these four cases.
 //!
@@ -103,9 +103,9 @@
 //! |---|---|---|---|---|
 //! | 0.99999976 | 0.99162 | 0.98978 | 0.99999897 | 1.02100 |
 //!
-//! `sdirk4` gains. L-stability promises nothing here; the schemes with an explicit first stage are
-//! the better ones. On the undamped sheet at k/m = 1e6, h = 0.01 s `sdirk4` gains 1.3e5 J in 2 s
-//! from 4 J. The other four lose energy: 0.31 J with `tr-bdf2`, 1.13 J with backward Euler.
+//! `sdirk4` gains. L-stability guarantees nothing here; the schemes with an explicit first stage do
+//! better. On the undamped sheet at k/m = 1e6, h = 0.01 s `sdirk4` gains 1.3e5 J in 2 s from 4 J.
+//! The other four lose energy: 0.31 J with `tr-bdf2`, 1.13 J with backward Euler.
 //!
 //! # References
 //!
@@ -129,6 +129,6 @@ pub use step::{Dirk, REGISTRATION};
 pub use tableau::Tableau;
 pub use workspace::{Past, Workspace};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -17,7 +17,7 @@ use drape_model::{Level, State, System};
 #[doc(alias = "Hosea-Shampine 1996")]
 pub type Dirk = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::controlled::<Workspace>(&DIRK);
 
 impl Scheme for Workspace {

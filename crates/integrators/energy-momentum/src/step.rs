@@ -16,7 +16,7 @@ use drape_solvers::{Constraints, SolveStatus};
 #[doc(alias = "Gonzalez 1996")]
 pub type EnergyMomentum = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&ENERGY_MOMENTUM);
 
 /// How often a step may be halved.

@@ -4,11 +4,11 @@
 //!
 //! # What they are
 //!
-//! *Explicit Euler* is the baseline that shows why anything else is needed. *Symplectic Euler* is
-//! the baseline for cost. *Leapfrog* (velocity Verlet) is symmetric and of order 2 for the same
-//! single force a step; at its stability limit it is what an implicit method has to beat. Take
-//! symplectic Euler or leapfrog where the springs are soft, or where damping is light and accuracy
-//! matters.
+//! *Explicit Euler* is the baseline that shows why other methods are needed. *Symplectic Euler* is
+//! the baseline for cost. *Leapfrog* (velocity Verlet) is symmetric and of order 2, for one force
+//! evaluation per step, as in the other two. At its stability limit it is the competitor of every
+//! implicit method. Take symplectic Euler or leapfrog where the springs are soft, or where damping
+//! is light and accuracy matters.
 //!
 //! # The mathematics
 //!
@@ -28,7 +28,7 @@
 //! ```
 //!
 //! Leapfrog kicks half before and half after the drift. It evaluates the conservative force `F`
-//! once a step, since the next step reuses it. Its damping is Crank–Nicolson's:
+//! once per step, since the next step reuses it. Its damping is Crank–Nicolson's:
 //!
 //! ```text
 //! v½      = v_n + h/2 M⁻¹ (F(x_n) − D(x_n) v_n)                                       (L1)
@@ -64,12 +64,12 @@
 //! and an energy close to the true one.
 //!
 //! * **Contacts.** In symplectic Euler the constrained new velocity moves a particle in contact. In
-//!   explicit Euler the old velocity moves it, and in leapfrog `v½`, so these are constrained.
-//!   Afterwards the obstacle stops the velocity that the forces add.
+//!   explicit Euler the old velocity moves it, and in leapfrog `v½`, so those velocities are
+//!   constrained. Afterwards the obstacle removes the inward velocity that the forces add.
 //! * **Leapfrog's force** is kept for the system's [revisions](drape_model::System::revisions) and
-//!   for the positions, which each step compares to the last bit. After any change from outside it
-//!   is evaluated anew, with or without `restart`. Changes of velocity, step size and contacts keep
-//!   it.
+//!   for the positions, which each step compares to the last bit. After any other change it is
+//!   evaluated anew, with or without `restart`. Changes of velocity, step size and contacts do not
+//!   require this.
 //! * **Leapfrog's damping.** Without damping there is no matrix. Full damping takes one solve.
 //!   Projected damping takes two: `R` is taken first at `v_n`, then at the velocity that this
 //!   gives, which keeps order 2.
@@ -104,7 +104,7 @@
 //!   sheet crumples, the eigenvalue rises to between 6.2 and 7.9 `k/m`. Two products every thirty
 //!   substeps are too few to follow it: the estimate falls to between 0.54 and 0.84 of the truth.
 //!   Half as many again do little, and noise in the vector does nothing.
-//! * So `auto` lives on its safety factor: 0.7 never failed, 0.8 gained up to 8e3 J, and 0.9 and
+//! * So `auto` depends on its safety factor: 0.7 never failed, 0.8 gained up to 8e3 J, and 0.9 and
 //!   above blew up in more than half of the undamped runs. Damping of `d/m` = 40 hides most of it.
 //! * `bound` with `safety` = 0.95 never failed, nor did 1. It took 15 % fewer force evaluations
 //!   than `auto` with 0.7 (3141 to 3715), and 31 % fewer where the sheet crumples most (2981 to
@@ -112,12 +112,12 @@
 //! * An undamped step costs 1.1 to 1.3 times a symplectic one. With damping, the solve dominates:
 //!   49 µs against 10 µs at 20 × 20. Sparse Cholesky is the default because its cost does not
 //!   depend on the damping. Jacobi-preconditioned conjugate gradients (measured to 1e-12) take 4 to
-//!   12 iterations a solve at `d/m` = 40, and a step costs 0.35 to 1.55 times as much. At `d/m` =
+//!   12 iterations per solve at `d/m` = 40, and a step costs 0.35 to 1.55 times as much. At `d/m` =
 //!   1e4 they take 15 to 150 iterations, and a step costs up to 19 times as much.
-//! * *Stable is not all.* `v½` has only the explicit half of the damping. Rough initial velocities
-//!   or an impact therefore move positions by up to `h (η/2 − 1) v_n`: a net with random velocities
-//!   rose to 1e4 times its energy at `h d/m` = 500 before it lost it. From rest, energy fell at
-//!   every damping.
+//! * *Stability is not enough.* `v½` has only the explicit half of the damping. Rough initial
+//!   velocities or an impact therefore move positions by up to `h (η/2 − 1) v_n`: a net with random
+//!   velocities rose to 1e4 times its energy at `h d/m` = 500 before it lost it. From rest, energy
+//!   fell at every damping.
 //! * Projected damping keeps angular momentum; leapfrog with it only to `O(h²)`.
 //!
 //! *Explicit damping.* On the sheet with `d/m` = 40 it has the error of Crank–Nicolson, or a little
@@ -150,7 +150,7 @@ pub use settings::{
 };
 pub use step::{EXPLICIT, ExplicitEuler, Leapfrog, SYMPLECTIC, SymplecticEuler, VERLET};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] = &[
     ("src/lib.rs", include_str!("lib.rs")),
     ("src/step/explicit.rs", include_str!("step/explicit.rs")),

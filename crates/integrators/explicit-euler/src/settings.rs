@@ -58,7 +58,7 @@ settings! {
 pub enum DampingTreatment {
     /// At `v_n`.
     Explicit,
-    /// At `v_{n+1}`: one sparse solve a step.
+    /// At `v_{n+1}`: one sparse solve per step.
     Implicit,
 }
 
@@ -78,7 +78,7 @@ settings! {
 /// How leapfrog takes the damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeapfrogDamping {
-    /// Half at the old and half at the new velocity: a sparse solve a step, at any damping.
+    /// Half at the old and half at the new velocity: a sparse solve per step, at any damping.
     CrankNicolson,
     /// In the kicks, by Heun's method: four products a step, and a limit.
     Explicit,

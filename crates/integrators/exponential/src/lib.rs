@@ -7,14 +7,14 @@
 //!
 //! An implicit step damps or delays the vibrations that it steps over. This step linearises the
 //! forces and then solves the linear equation exactly. As long as springs keep their direction, the
-//! step is exact at any size, stiff or not. It solves no system. A Krylov subspace gives the
+//! step is exact at any size, stiff or not. It solves no linear system: a Krylov subspace gives the
 //! action of the exponential, from products with the Jacobian alone.
 //!
 //! Take it for moderately stiff cloth at errors of 1e-3 to 1e-4, or to see which part of an error
-//! is nonlinear. The number of products in a second grows with the frequency of the fastest wave, as
-//! it does for leapfrog: the method can be faster by a constant factor only. It follows the tangent of a spring that turns, and
-//! nothing bounds the energy that this adds: without damping it blows up where an implicit method
-//! holds.
+//! is nonlinear. The number of products per second grows with the frequency of the fastest wave, as
+//! it does for leapfrog, so the method can be faster only by a constant factor. It follows the
+//! tangent of a spring that turns, and nothing bounds the energy that this adds. Without damping it
+//! blows up in cases in which an implicit method is stable.
 //!
 //! # The mathematics
 //!
@@ -27,7 +27,7 @@
 //! ```
 //!
 //! The second form is the one computed. `J F` is the same for a cloth that moves as a whole, so the
-//! result does not depend on the frame, and a free fall takes no more than a few products.
+//! result does not depend on the frame, and a free fall takes only a few products.
 //!
 //! * **Order and stability.** Order 2. On linear problems `R(z) = eᶻ`: exact, whatever `h` is. `K`
 //!   is the raw Hessian, indefinite where springs are compressed; a clamped one would cost an
@@ -49,14 +49,14 @@
 //! * **The small functions.** `φ₂(hH) e₁` is part of one column of an exponential. One column needs
 //!   Taylor series with vectors, not scaling and squaring of the whole matrix.
 //! * **Too few dimensions.** A step that has not converged with `max_dim` dimensions would explode.
-//!   The subspace does not depend on `h`, so the method halves the step until the same subspace
-//!   serves. It takes the rest of the step with a new Jacobian. The report counts these substeps. The
-//!   method refuses more than 32.
-//! * **Products.** By matrices `K` and `D` of 3×3 blocks, assembled once a step in the layout that
-//!   suits the mesh. A sweep over the springs without a matrix computes each block anew, with a
-//!   square root and a division. It serves for the first product only, where it multiplies
-//!   differences exactly.
-//! * **Refused.** Contact, friction and pins on paths, which are no part of the linear equation.
+//!   The subspace does not depend on `h`, so the method halves the step until the same subspace is
+//!   sufficient. It takes the rest of the step with a new Jacobian. The report counts these
+//!   substeps; more than 32 are refused.
+//! * **Products.** Products use matrices `K` and `D` of 3×3 blocks, assembled once per step in the
+//!   layout that suits the mesh. A sweep over the springs without a matrix would compute each block
+//!   anew, with a square root and a division. It is used for the first product only, where it
+//!   multiplies differences exactly.
+//! * **Refused.** Contact, friction and pins on paths, which are not part of the linear equation.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -116,6 +116,6 @@ mod step;
 pub use settings::{EXPONENTIAL, ExponentialSettings};
 pub use step::{Exponential, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

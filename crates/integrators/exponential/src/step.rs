@@ -14,7 +14,7 @@ use drape_solvers::SolveStatus;
 #[doc(alias = "exponential integrator")]
 pub type Exponential = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&EXPONENTIAL);
 
 /// Most parts into which a step is divided.

@@ -1,15 +1,16 @@
-//! The generalized-α family: Newmark, Hilber–Hughes–Taylor, Chung–Hulbert, with one knob for the
+//! The generalized-α family: Newmark, Hilber–Hughes–Taylor, Chung–Hulbert. One parameter sets the
 //! damping of stiff motion.
 //!
 //! builds-on: explicit Euler → backward Euler → midpoint → **generalized-α**
 //!
 //! # What it is
 //!
-//! Structural engineers want order 2, and damping only of vibrations that the step does not
-//! resolve. The family carries an acceleration `a` beside positions and velocities, and takes
-//! inertia and force at two different points of the step. One number, `rho_inf`, says what a step
-//! leaves of infinitely stiff motion: 1 all of it, 0 nothing. Take it where the amount of numerical
-//! damping must be chosen. TR-BDF2 is more accurate at the same step, for about 1.4 times the work.
+//! Structural engineers want order 2, and numerical damping only of vibrations that the step does
+//! not resolve. The family carries an acceleration `a` beside positions and velocities, and
+//! evaluates inertia and force at two different points of the step. One number, `rho_inf`, is the
+//! fraction of infinitely stiff motion that a step leaves: 1 all of it, 0 nothing. Take it where
+//! the amount of numerical damping must be chosen. TR-BDF2 is more accurate at the same step, for
+//! about 1.4 times the work.
 //!
 //! # The mathematics
 //!
@@ -42,25 +43,27 @@
 //! `β = ¼ (γ + ½)²` in all rows, `ρ` is `rho_inf`. `newmark` with ρ = 1 is the trapezoidal rule.
 //! `hht` with ρ = ½ is `chung-hulbert` with ρ = ½.
 //!
-//! * **Stability.** A-stable on linear problems. For `chung-hulbert` with ρ = 1 the acceleration
-//!   has a third root −1, which only inconsistent starts excite. No energy theorem: undamped cloth
-//!   at large `h²k/m` gains energy for ρ near 1, hence the default ρ = ½.
+//! * **Stability.** A-stable on linear problems. For `chung-hulbert` with ρ = 1 the recurrence has
+//!   a third root −1, that of the acceleration, which only inconsistent starts excite. No energy
+//!   theorem holds: undamped cloth at large `h²k/m` gains energy for ρ near 1, hence the default ρ
+//!   = ½.
 //! * **Changes of the step.** For `chung-hulbert` and `hht` the acceleration belongs to a time
 //!   between two steps, which depends on their length. Each change of `h` costs an order: with
 //!   steps of 1 and 2 in turn the observed order is 1.1. The trapezoidal rule keeps order 2.
 //! * **Conservation.** Momentum, to round-off with `solver=cholesky` and to the tolerance of the
-//!   solve with the default solver: what is left of a residual is momentum. The trapezoidal rule
+//!   solve with the default solver: the remaining residual is a momentum. The trapezoidal rule
 //!   keeps `(1 + ¼θ (1 − ℓ/L)) d × v` of a pair, so its angular momentum oscillates and never
 //!   drifts.
 //! * **Contact.** A particle in contact forgets the algorithmic acceleration: `a_n := M⁻¹f_n`.
-//!   Along its constraints it moves at one velocity through the step. Rubbing particles have order
-//!   1 in their positions. After a restart or a change of the system `a_n := M⁻¹f_n` for all.
+//!   Along its constraints it moves at one velocity through the step. Particles that slide with
+//!   friction have order 1 in their positions. After a restart or a change of the system
+//!   `a_n := M⁻¹f_n` for all.
 //! * **Damping.** Projected damping and air take directions and coefficients at the predicted new
 //!   level, so order 2 holds.
 //! * **Settings.** `residual`, `max_iterations`, `jacobian`, `solver` as in backward Euler. One
 //!   Newton iteration by conjugate gradients (`max_iterations=1,solver=cg,cg_tolerance=0.01`) keeps
-//!   order 2; such a step reports `IterationLimit`. It is safe with damping and up to `h²k/m` of
-//!   about 100 only, see below.
+//!   order 2; such a step reports `IterationLimit`. It is safe only with damping and up to `h²k/m`
+//!   of about 100, see below.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -82,9 +85,9 @@
 //! | ρ = 0 | 1.07e-3 | 7.29e-5 | 3.69e-3 | 2.31e-4 |
 //!
 //! A step takes as many Newton iterations as one of backward Euler, about three at 1e6. With one CG
-//! solve a step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations a step) and 2.6e-4 (0.005
-//! s), at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m =
-//! 40/s. It gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton
+//! solve per step the errors at 1e6 are 9.6e-4 (0.01 s, 21 CG iterations per step) and 2.6e-4
+//! (0.005 s), at a ninth of the time. Over 2 s this form never gains energy at 1e4 and 1e6 with d/m
+//! = 40/s. It gains 71 J at 1e6 without damping, and 4e4 J at 1e8 with d/m = 40/s: take full Newton
 //! there, or [`safeguard=work`](drape_integrator::Safeguard). On the sheet of 20 × 20 particles in
 //! the docs of `drape-multistep`, over 5 s with one step a frame, that takes 2.4 Newton iterations
 //! and gains nothing; one iteration gains 990 J.
@@ -100,7 +103,7 @@
 //!
 //! With d/m = 40/s the energy never rises.
 //!
-//! *Common mistakes.* Taking `a_{n+1}` for `M⁻¹f_{n+1}`, and keeping `a_n` over an impact.
+//! *Common mistakes* are to use `a_{n+1}` for `M⁻¹f_{n+1}`, and to keep `a_n` over an impact.
 //!
 //! # References
 //!
@@ -119,6 +122,6 @@ pub use settings::{Family, GENERALIZED_ALPHA, GeneralizedAlphaSettings};
 pub use step::{GeneralizedAlpha, REGISTRATION};
 pub use workspace::Workspace;
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -14,7 +14,7 @@ use drape_model::{Level, State, System};
 #[doc(alias = "Chung-Hulbert 1993")]
 pub type GeneralizedAlpha = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&GENERALIZED_ALPHA);
 
 impl Scheme for Workspace {

@@ -12,8 +12,8 @@
 //! takes two to five such stages a step, has order 2 to 4, and needs no start and no history.
 //!
 //! Take it for errors of a few per cent on moderate stiffness (`h²k/m` up to 100) or heavy damping.
-//! Take the default `ars222` where energy matters. `ark4` is the most accurate at small steps, and
-//! the first to gain energy. None of them follows a very stiff sheet at large steps.
+//! Take the default `ars222` where energy matters. `ark4` is the most accurate tableau at small
+//! steps, and the first to gain energy. None of them follows a very stiff sheet at large steps.
 //!
 //! # The mathematics
 //!
@@ -37,9 +37,9 @@
 //!
 //! The first stage is explicit: `x_1 = x_n`, `v_1 = v_n`. All others have the same `γ`, so one
 //! scalar matrix and one factor serve all of them, until `h`, the masses, a stiffness, a damping or
-//! the pins change. (4) takes `g_i` from the solve: evaluated at `x_i` it would carry the residual
-//! of the solve times the stiffness. (5) holds because the implicit weights of all four tableaux
-//! are their last row; `ars222` and `ars443` end at the last stage altogether.
+//! the pins change. (4) takes `g_i` from the solve, because an evaluation at `x_i` would contain
+//! the residual of the solve times the stiffness. (5) holds because the implicit weights of all
+//! four tableaux are their last row; `ars222` and `ars443` end at the last stage altogether.
 //!
 //! | `tableau` | order | implicit stages | sweeps over the springs | stable for `θ_E = r θ_I`, every `θ_I` |
 //! |---|---|---|---|---|
@@ -55,14 +55,15 @@
 //!   springs beside stiff implicit ones (`r > 0`) and for compressed springs (`r < −1`, beyond
 //!   every tableau). Motion across a stretched spring has `−1 < r < 0`, which `ars443` and `ark4`
 //!   do not cover.
-//! * *Conservation.* Momentum; neither angular momentum nor energy. The stages pull along different
-//!   directions, so neither a law of spin nor an energy ledger exists in closed form.
-//! * *Free fall* is exact, an equilibrium is a fixed point.
+//! * *Conservation.* Momentum is conserved; angular momentum and energy are not. The stages pull
+//!   along different directions, so neither a law of spin nor an energy ledger exists in closed
+//!   form.
+//! * *Free fall* is exact, and an equilibrium is a fixed point.
 //! * *Settings.* `solver=cholesky` (default) solves to round-off, so that every order shows. With
 //!   `solver=cg` the tolerance `forcing_term` refers to the change of velocity that the forces at
-//!   the start make in `τ`. `implicit=tension` leaves shear and bending springs explicit. Springs
-//!   of several slopes have the steepest one in the matrix. Contacts, friction and moving pins are
-//!   refused: a stage would need constraints of its own.
+//!   the start make in `τ`. `implicit=tension` leaves shear and bending springs explicit. For
+//!   springs of several slopes the matrix contains the steepest one. Contacts, friction and moving
+//!   pins are refused: a stage would need constraints of its own.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -78,7 +79,7 @@
 //!
 //! *Locking, of two kinds.* Across a spring at its rest length `θ_E = −θ_I`, and a step is
 //! `[[1, c], [0, g]]` on `(x, hv)`: it keeps the share `g` of the velocity and moves by `c h v`.
-//! Exact would be `c = g = 1`:
+//! The exact motion has `c = g = 1`:
 //!
 //! | | `c(100)` | `c(10⁴)` | `θ c`, `θ → ∞` | `g(100)` | `g`, `θ → ∞` |
 //! |---|---|---|---|---|---|
@@ -144,7 +145,7 @@ pub use settings::{IMEX_RK, ImexRkSettings};
 pub use step::{ImexRk, REGISTRATION};
 pub use tableau::{ARK3, ARK4, ARS222, ARS443, Pair, STAGES, Tableau};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];
 

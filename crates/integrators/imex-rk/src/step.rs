@@ -13,7 +13,7 @@ use drape_solvers::{Constraints, StartValue};
 /// An additive Runge–Kutta method on the split of the springs' force.
 pub type ImexRk = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&IMEX_RK);
 
 /// Memory of a step.

@@ -7,11 +7,11 @@
 //!
 //! The stiffness of a textile sits in its tension springs. Their force splits into a linear part
 //! and a remainder of constant size, `f = −L_k x + F2(x)` with `F2_i = +k ℓ û`. *IMEX Euler* takes
-//! the linear part and the damping at the new level and everything else at the old one: each step
-//! is one linear system with a *constant* matrix. *Updated CG* re-evaluates `F2` while it iterates.
-//! The *two-step methods* extrapolate `F2`, which gives order 2. Take IMEX Euler where energy must
-//! never rise, updated CG for stiff cloth with large steps and plausible motion, SBDF2 or MCNAB2
-//! for order 2 on moderate stiffness.
+//! the linear part and the damping at the new level, and all other forces at the old one. Each step
+//! is then one linear system with a *constant* matrix. *Updated CG* re-evaluates `F2` while it
+//! iterates. The *two-step methods* extrapolate `F2`, which gives order 2. Take IMEX Euler where
+//! energy must never rise, updated CG for stiff cloth with large steps and plausible motion, SBDF2
+//! or MCNAB2 for order 2 on moderate stiffness.
 //!
 //! # The mathematics
 //!
@@ -24,12 +24,11 @@
 //!
 //! `A` is scalar (the same for x, y and z), symmetric, positive definite and diagonally dominant.
 //! The paper prints the signs of (16)–(18) and (21) so that the matrix would be indefinite. drape
-//! reads them so that a stretched spring contracts; [`errata`] lists all readings.
-//!
-//! At very high stiffness the sheet *locks*: `A` resists sideways motion of every spring with the
-//! full stiffness `k`, and only `F2`, frozen at `x_n`, could take that back. IMEX Euler equals
-//! symplectic Euler with an extra damping of `h k` on each spring. Algorithm 1 therefore
-//! re-evaluates `F2` at `x_n + h v`:
+//! reads them so that a stretched spring contracts; [`errata`] lists all readings. At very high
+//! stiffness the sheet *locks*: `A` resists sideways motion of every spring with the full stiffness
+//! `k`, and only `F2`, frozen at `x_n`, could take that back. IMEX Euler equals symplectic Euler
+//! with an extra damping of `h k` on each spring. Algorithm 1 therefore re-evaluates `F2` at
+//! `x_n + h v`:
 //!
 //! ```text
 //! repeat  b = M v_n + h [F_frozen − L_k x_n + F2(x_n + h v)]                            (U1)
@@ -37,12 +36,12 @@
 //! until   an update of b needs no CG iteration
 //! ```
 //!
-//! Its fixed point is backward Euler of the whole system when all springs stand in the matrix. What
-//! Algorithm 1 leaves to the reader is a setting:
+//! Its fixed point is backward Euler of the whole system if all springs are in the matrix.
+//! Algorithm 1 leaves details to the reader; the setting `safeguard` chooses between two readings:
 //!
 //! * `safeguard=paper`: the loop as printed. The counter's test reads as "first iteration of this
-//!   pass", since the printed order can never take that branch. Only `F2` moves to `x_n + h v`;
-//!   were `−L_k x` moved too, `h² L_k v` would count twice.
+//!   pass", since the printed order can never take that branch. Only `F2` moves to `x_n + h v`; if
+//!   `−L_k x` moved too, `h² L_k v` would count twice.
 //! * `safeguard=robust` (default): each pass minimises a quadratic that lies above the
 //!   [incremental potential](drape_integrator::IncrementalPotential) and touches it at the present
 //!   `v`. CG lowers that quadratic at every iteration, so the potential falls monotonically.
@@ -70,7 +69,7 @@
 //! x_{n+1} = X* + τ v_{n+1}
 //! ```
 //!
-//! The formulas leave open:
+//! The formulas leave open points, which drape decides as follows:
 //!
 //! * *Start.* One step of backward Euler, by Newton's method. IMEX Euler would multiply velocities
 //!   across the springs by `1/(1 + θ)` once and for all. The method starts anew when masses,
@@ -188,7 +187,7 @@
 //!
 //! *Locking of a sheet.* A sheet of 20 × 20 particles that falls from two corners, shear 0.1 k,
 //! `d/m` = 40 1/s, `h` = 0.01 s; path of the middle of the free edge within 1 s over its path with
-//! backward Euler, all springs implicit, and CG iterations a step:
+//! backward Euler, all springs implicit, and CG iterations per step:
 //!
 //! | `k/m` | 1e4 | 1e5 | 1e6 | 1e7 | 1e8 | CG at 1e6 |
 //! |---|---|---|---|---|---|---|
@@ -244,7 +243,7 @@ pub use two_step::{
     ImexTwoStepSettings, MCNAB2, SBDF2, TwoStep, TwoStepValues,
 };
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] = &[
     ("src/lib.rs", include_str!("lib.rs")),
     ("src/step/euler.rs", include_str!("step/euler.rs")),

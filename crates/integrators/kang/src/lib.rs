@@ -22,24 +22,24 @@
 //! x_{n+1} = x_n + h v_{n+1}                                                             (K5)
 //! ```
 //!
-//! EEH call it a single Jacobi iteration; it is two sweeps of Jacobi's method from zero, the first
-//! of which is the division by the diagonal. The setting `sweeps` repeats (K3). Many sweeps tend to
-//! the exact solve, which is IMEX Euler with unfiltered external forces.
+//! EEH call (K1)–(K3) a single Jacobi iteration. It is two sweeps of Jacobi's method from zero; the
+//! first sweep is the division by the diagonal. The setting `sweeps` repeats (K3). Many sweeps
+//! converge to the exact solve, which is IMEX Euler with unfiltered external forces.
 //!
 //! * **Matrix.** It is that of IMEX Euler ([`drape_integrator::LaplacianSolver`]), kept until the
 //!   step size, a stiffness, a damping coefficient, a mass or a pin changes. Since
 //!   `h F̃ = h F + (M − A) v_n`, the right-hand side takes one product with it, and each correction
 //!   one more (module `sweep`).
 //! * **Projected damping** enters as its linear part in the matrix and the remainder at level `n`.
-//! * **Gravity** and all other effects that are no springs stay *outside* the sweep. Swept too, a
-//!   sheet in free fall would accelerate at `(1 + 2S)/(1 + S)²` of `g`, `S = h² Σ k/m`, and
-//!   practically stand still.
+//! * **Gravity** and all other effects that are no springs stay *outside* the sweep. If gravity
+//!   were swept too, a sheet in free fall would accelerate at `(1 + 2S)/(1 + S)²` of `g`,
+//!   `S = h² Σ k/m`, and would practically stand still.
 //! * **Contacts** act on the resulting velocity, particle by particle, since there is no solve.
 //!
-//! An error of the shape of an eigenvector of Jacobi's iteration matrix with eigenvalue `γ` is
-//! multiplied by `γ` in each sweep. So `s` corrections do `φ = 1 − γ^{s+1}` of the exact update,
-//! and (K3) does `1 − γ²`. The order is 1 as `h → 0`. On springs of rest length 0 the method is
-//! stable for every step.
+//! An error that is an eigenvector of Jacobi's iteration matrix is multiplied by its eigenvalue `γ`
+//! in each sweep. So `s` corrections make the fraction `φ = 1 − γ^{s+1}` of the exact update, and
+//! (K3) makes `1 − γ²`. The order is 1 as `h → 0`. On springs of rest length 0 the method is stable
+//! for every step.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -53,18 +53,18 @@
 //!
 //! # Where it failed here
 //!
-//! Rough shapes are solved well; smooth ones, `γ → 1`, hardly at all. The sheet behaves like a
-//! sheet that is softer by about `(1 + S)/(2(1 + θ))`, sags like rubber, and needs Provot's
-//! correction beside it. On springs with a rest length energy may rise. Momentum is conserved only
-//! where all `D_i` are equal, angular momentum is not.
+//! Rough shapes are solved well, but smooth shapes, `γ → 1`, hardly at all. The sheet behaves like
+//! a sheet that is softer by about `(1 + S)/(2(1 + θ))`, sags like rubber, and needs Provot's
+//! correction in addition. On springs with a rest length energy may rise. Momentum is conserved
+//! only if all `D_i` are equal; angular momentum is not conserved.
 //!
-//! *Not every number of corrections is better than one.* Where springs join only black to white
-//! fields of a chequerboard, as warp and weft do, shapes with `γ → −1` exist. An even number of
-//! corrections overshoots them, `φ > 1`, and is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`; an odd
-//! number is safe. More sweeps approach IMEX Euler at a rate of `γ`: conjugate gradients are
-//! cheaper long before 64 sweeps.
+//! *More corrections are not always better.* If springs join only black to white fields of a
+//! chequerboard, as warp and weft do, shapes with `γ → −1` exist. An even number of corrections
+//! overshoots them, `φ > 1`, and is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`; an odd number is
+//! safe. More sweeps approach IMEX Euler at a rate of `γ`: conjugate gradients are cheaper long
+//! before 64 sweeps.
 //!
-//! Measured on the hanging sheet of 400 particles of 1 m with shear springs of 0.1 k, k/m = 1e6, h
+//! Measured on the hanging sheet of 400 particles of 1 g with shear springs of 0.1 k, k/m = 1e6, h
 //! = 0.01 s:
 //!
 //! | | time a step | free edge hangs low after 1 s | energy gained |
@@ -89,6 +89,6 @@ mod sweep;
 pub use settings::{KANG, KangSettings};
 pub use step::{Kang, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -12,7 +12,7 @@ use drape_model::{State, System, Vec3};
 /// Kang's neighbour-corrected sweep.
 pub type Kang = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&KANG);
 
 /// Memory of a step, and the cached matrix.

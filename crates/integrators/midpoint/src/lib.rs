@@ -30,7 +30,7 @@
 //! n·w = n·(x_s − x_n)/h          v_{n+1} = 2 w − v_n − M⁻¹λ                             (3)
 //! ```
 //!
-//! So `x_{n+1}` touches the surface, and an impact is not turned round. Without contact (3) is (2).
+//! So `x_{n+1}` touches the surface, and an impact is not reversed. Without contact (3) is (2).
 //!
 //! * **Order and stability.** Order 2. On the oscillator `R(z) = (1 + z/2)/(1 − z/2)`: `|R| = 1`
 //!   without damping, `R(∞) = −1`. A-stability is a statement about linear springs.
@@ -43,11 +43,10 @@
 //! * **Settings.** `residual`, `max_iterations`, `jacobian`, `solver` as in backward Euler. One
 //!   Newton iteration by conjugate gradients (`max_iterations=1,solver=cg,cg_tolerance=0.01`) keeps
 //!   order 2, because Newton starts within `O(h²)` and squares that. Such a step reports
-//!   `IterationLimit`. It is safe with damping and up to `h²k/m` of about 100 only, see below.
+//!   `IterationLimit`. It is safe only with damping and up to `h²k/m` of about 100, see below.
 //!   [`safeguard=work`](drape_integrator::Safeguard) iterates again where the residual adds energy.
-//!   It cannot mend what the solved step gains by itself.
-//!   `tolerance` puts the method under [step size control](drape_integrator::Adaptive), with the
-//!   error constant 1/12.
+//!   It cannot remove the energy that the solved step itself gains. `tolerance` puts the method
+//!   under [step size control](drape_integrator::Adaptive), with the error constant 1/12.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -57,10 +56,10 @@
 //!
 //! # Where it failed here, and what it cost
 //!
-//! *The hanging sheet.* 400 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. The error is that
-//! of the positions over the way, against a reference of order 8:
+//! *The hanging sheet.* 400 particles, shear springs of 0.1 k, d/m = 40/s, 0.3 s. The table shows
+//! the error of the positions relative to the path length, against a reference of order 8:
 //!
-//! | `k/m`, `h` | error | error of backward Euler | Newton iterations a step |
+//! | `k/m`, `h` | error | error of backward Euler | Newton iterations per step |
 //! |---|---|---|---|
 //! | 1e4, 0.01 s | 1.12e-4 | 2.79e-2 | 2 |
 //! | 1e6, 0.01 s | 6.90e-4 | 2.13e-2 | 2.9 |
@@ -69,13 +68,13 @@
 //!
 //! A step costs as much as one of backward Euler and is 30 to 250 times as accurate.
 //!
-//! *One linear solve a step* by conjugate gradients, the same sheet at k/m = 1e6: 6.48e-4 at 0.01 s
-//! for 19 CG iterations a step, 1.76e-4 at 0.005 s for 12. That is the error of full Newton at a
-//! ninth of its time. Over 2 s with d/m = 40/s the energy never rises at k/m = 1e4 and 1e6, but at
-//! 1e8 and h = 0.01 s it rises by 1e8 J: take full Newton, or TR-BDF2, there.
+//! *One linear solve per step* by conjugate gradients, the same sheet at k/m = 1e6: 6.48e-4 at
+//! 0.01 s for 19 CG iterations per step, 1.76e-4 at 0.005 s for 12. That is the error of full
+//! Newton at a ninth of its time. Over 2 s with d/m = 40/s the energy never rises at k/m = 1e4 and
+//! 1e6, but at 1e8 and h = 0.01 s it rises by 1e8 J: take full Newton, or TR-BDF2, there.
 //!
 //! *Undamped it fails.* At k/m = 1e6, h = 0.01 s the same sheet without damping gains 1.4e4 J in 2
-//! s from potential energy of 4 J, though every step is solved. With one CG solve a step it gains
+//! s from potential energy of 4 J, though every step is solved. With one CG solve per step it gains
 //! 2.5e4 J. Two undamped particles that turn at `h²κ = 100` keep their angular momentum to 1e-8,
 //! but the length of the spring rings: the energy is 0.14 % too large after 1 s.
 //!
@@ -95,6 +94,6 @@ mod step;
 pub use settings::{MIDPOINT, MidpointSettings};
 pub use step::{Midpoint, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

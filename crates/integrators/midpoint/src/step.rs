@@ -14,7 +14,7 @@ use drape_solvers::bands::bands;
 #[doc(alias = "Volino-Magnenat-Thalmann 2005")]
 pub type Midpoint = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::controlled::<Workspace>(&MIDPOINT);
 
 /// Memory of a step, and history.

@@ -4,13 +4,13 @@
 //!
 //! # What it is
 //!
-//! The stiffest force limits the step of an explicit method, and yet leapfrog evaluates all forces
-//! in each step. The impulse method evaluates the slow ones only at the ends of a long step, and
-//! the fast ones in short steps between. Take it where the slow forces are much dearer than the
-//! fast springs, such as hinges. Its resonance limits the long step, however slow the slow forces
-//! are. Asynchronous variational integrators (Lew, Marsden, Ortiz and West 2003; for cloth
+//! The stiffest force limits the step of an explicit method, yet leapfrog evaluates all forces in
+//! each step. The impulse method evaluates the slow forces only at the ends of a long step, and the
+//! fast forces in short steps between. Take it where the slow forces, such as those of hinges, cost
+//! much more than the fast springs. Its resonance limits the long step, however slow the slow
+//! forces are. Asynchronous variational integrators (Lew, Marsden, Ortiz and West 2003; for cloth
 //! Thomaszewski, Pabst and Straßer 2008) give each element a step of its own. On a mesh of equal
-//! springs they are leapfrog; with two classes of forces they are this method, with the same
+//! springs they equal leapfrog; with two classes of forces they equal this method, with the same
 //! resonance.
 //!
 //! # The mathematics
@@ -30,13 +30,13 @@
 //!   ([`drape_integrator::ExplicitKick`]): nothing is solved. It is stable for `hδ < 4`. All
 //!   damping is fast.
 //! * **Settings.** `slow` names the slow forces: all springs and angles but tension, or those of
-//!   bending, or those of angles. Gravity is constant, so it may act in the short steps; a contact
-//!   is then that of leapfrog.
-//! * **Resonance.** The slow kicks come at the period `H`. Where `H` is a little less than
-//!   half a period of a fast mode, or than a multiple of it, they feed that mode. With `θ_F =
-//!   H²κ_F`, a slow stiffness of `H²κ_S` = 0.5 and many short steps the factor of a step exceeds 1
-//!   for `2.975 < √θ_F < 3.14`, by up to 0.085; with three short steps for `2.83 < √θ_F < 3.00`, by
-//!   up to 0.103. The rule `H ≤ π/(2√λ_F)` is safe. It leaves a ratio of
+//!   bending, or those of angles. Gravity is constant, so it may act in the short steps; contacts
+//!   are then treated as in leapfrog.
+//! * **Resonance.** The slow kicks come with the period `H`. They add energy to a fast mode if `H`
+//!   is a little less than half of the mode's period or a multiple of this half. With
+//!   `θ_F = H²κ_F`, a slow stiffness of `H²κ_S` = 0.5 and many short steps the factor of a step
+//!   exceeds 1 for `2.975 < √θ_F < 3.14`, by up to 0.085; with three short steps for
+//!   `2.83 < √θ_F < 3.00`, by up to 0.103. The rule `H ≤ π/(2√λ_F)` is safe. It leaves a ratio of
 //!   two at most, where `h` is at 0.4 of leapfrog's limit.
 //! * **Pins and contacts** act in the short steps.
 //! * **No energy ledger:** positions do not move by one velocity.
@@ -63,8 +63,8 @@
 //!
 //! * *Less accurate than leapfrog.* Leapfrog with explicit damping has an error of 2.9e-6 at a step
 //!   of 1.9/ω, forty times less than this method at `H` = 2/ω with three short steps.
-//! * *Little to gain.* Half of the springs are slow here. With a ratio of two the method saves a
-//!   quarter of their evaluations.
+//! * *Little to gain.* Half of the springs are slow in this sheet. With a ratio of two the method
+//!   saves a quarter of their evaluations.
 //! * *Counts.* An evaluation of the slow or of the fast forces counts as one force evaluation each.
 //!
 //! To try next: a mollified impulse, which evaluates the slow forces at averaged positions and
@@ -86,6 +86,6 @@ mod step;
 pub use settings::{MULTIRATE, MultirateSettings, Slow};
 pub use step::{Multirate, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -13,7 +13,7 @@ use drape_solvers::{Constraints, Filter};
 #[doc(alias = "r-RESPA")]
 pub type Multirate = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&MULTIRATE);
 
 /// Memory of a step.

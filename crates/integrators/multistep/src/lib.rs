@@ -35,15 +35,15 @@
 //!   ones: integrals of the interpolating polynomials for Adams, slopes at the new node for BDF. So
 //!   the order survives changes of the step size.
 //! * **Means.** Sums over levels have weights of sum 1. They are summed as the present level and
-//!   weighted differences to it ([`drape_integrator::History::mean`]): a particle at rest keeps its
-//!   bits.
+//!   weighted differences to it ([`drape_integrator::History::mean`]): so a particle at rest keeps
+//!   its bits.
 //! * **Explicit parts** of BDF are the directions of projected damping and forces without a
 //!   Jacobian. They are taken at positions `x̂` extrapolated to the new time from `k` levels; at
 //!   `x_n` they would cost the order. Newton starts at `v_n`, the extrapolation or the inertial
 //!   target, whichever has the lowest potential.
-//! * **Start.** One step is missing at first, then another. Adams begins with Heun's method (H), of
-//!   order 2. BDF of two steps begins with backward Euler, whose one error of `h²` does not spoil
-//!   order 2. BDF of three steps begins with the L-stable Runge–Kutta method of two stages by
+//! * **Start.** At first the past levels are missing. Adams begins with Heun's method (H), of order
+//!   2. BDF of two steps begins with backward Euler, whose single error of `h²` does not reduce the
+//!   order below 2. BDF of three steps begins with the L-stable Runge–Kutta method of two stages by
 //!   Alexander (1977), `γ = 1 − 1/√2`:
 //!
 //!   ```text
@@ -53,23 +53,23 @@
 //!   ```
 //!
 //!   Its last stage ends at the new time, so pins and contacts hold there as in any other step.
-//!   With a midpoint stage they would hold at the middle, and be overshot by as much at the end.
-//!   Three steps take two in their second step.
-//! * **Change.** Step sizes may change by ratios of 1/2 to 2, in BDF of three steps to 1.5. Beyond
-//!   that, and when stiffness, damping, masses or pins change, the past is dropped. Sums of old
-//!   slopes are stable at any ratio. BDF forgets its errors while every ratio is below `1 + √2`
+//!   With a midpoint stage they would hold at the middle, and the end would overshoot them by the
+//!   same amount. In its second step, BDF of three steps uses the method of two steps.
+//! * **Change.** Step sizes may change by ratios of 1/2 to 2, in BDF of three steps to 1.5. Outside
+//!   of these ratios, or if stiffness, damping, masses or pins change, the past is dropped. Sums of
+//!   old slopes are stable at any ratio. BDF forgets its errors while every ratio is below `1 + √2`
 //!   (two steps, Grigorieff 1983) or about 1.6 (three steps). Steady growth is unstable from the
 //!   golden ratio on, and no mixture of ratios tried here is worse; the bounds that Calvo, Grande
 //!   and Grigorieff 1990 prove are smaller; both cited from memory.
-//! * **Contacts.** Adams treats an impact as a jump of `v_n`, as explicit Euler does, and releases
-//!   contacts that would pull at the end of the step. Its *lead* `Σ β_j v_{n−j} − v_n` has no part
-//!   along the normals while a particle stays in contact. BDF constrains its stage so that
+//! * **Contacts.** Adams treats an impact as a jump of `v_n`, as explicit Euler does, and at the
+//!   end of the step it releases contacts that would pull. Its *lead* `Σ β_j v_{n−j} − v_n` has no
+//!   part along the normals while a particle stays in contact. BDF constrains its stage so that
 //!   `x* + τ v` lies where [`drape_integrator::ContactSet`] wants it. In both, a particle whose
 //!   contact begins or ends gets a past of constant acceleration. For Adams it is the acceleration
 //!   of all forces. For BDF it is the former acceleration, and along the normals that of the
-//!   explicit forces. So the flight after a bounce is on its parabola at once, and an elastic
-//!   bounce neither takes nor gives energy. Off an edge BDF notices too late, and loses a third of
-//!   the first `h g`.
+//!   explicit forces. So the flight after a bounce follows its parabola at once, and an elastic
+//!   bounce does not change the energy. If a particle slides off an edge, BDF notices one step
+//!   late, and loses a third of the first `h g`.
 //!
 //! On the oscillator `x'' = −κx − δx'`, `θ = h²κ`, `η = hδ`, the factors of a step are the roots of
 //! `ρ² + ηρσ + θσ² = 0` with `ρ(ζ) = Σ α_j ζ^j`, `σ(ζ) = Σ β_j ζ^j`:
@@ -108,7 +108,7 @@
 //! | BDF, projected damping | 0.96 | 2.02 | 2.98 |
 //!
 //! *The hanging sheet* of 20 × 20 particles, `d/m` = 40 1/s, for 1 s at `h` = 0.01 s (`√θ` from 1
-//! to 100). Path of the middle of its free edge, m, and Newton iterations a step of BDF:
+//! to 100). Path of the middle of its free edge, m, and Newton iterations per step of BDF:
 //!
 //! | `k/m`, 1/s² | 1 step | 2 steps | 3 steps |
 //! |---|---|---|---|
@@ -153,7 +153,7 @@
 //! highest climb above the lowest energy so far was 12 mJ at N = 20 (15 mJ at 50), that of full
 //! Newton 11 mJ. Two other rules failed in the same runs at N = 20: to iterate again while the
 //! residual had fallen by less than a factor of 5, or the potential by less than 0.9 of what the
-//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations a step: neither
+//! quadratic model promised. They gained 0.6 to 38 J at 1.0 to 1.5 iterations per step: neither
 //! number tells which way the residual pushes. Where the settings also name a loose `residual`,
 //! steps that begin below it are not iterated at all.
 //!
@@ -177,7 +177,7 @@ pub use coefficients::{LinearMultistep, MAX_STEPS, extrapolation};
 pub use settings::{ADAMS_BASHFORTH2, AdamsBashforthSettings, BDF2, BdfSettings, Steps};
 pub use step::{AdamsBashforth, BACKWARD_DIFFERENTIATION, Bdf, EXPLICIT_ADAMS};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] = &[
     ("src/lib.rs", include_str!("lib.rs")),
     ("src/step/adams_bashforth.rs", include_str!("step/adams_bashforth.rs")),

@@ -1,4 +1,4 @@
-//! From what a program says about itself to the description of a method.
+//! Converts the description that a program sends into the description of a method.
 
 use crate::message::{Hello, PROTOCOL};
 use drape_integrator::{Kind, Method, Order, Quantity, Setting, StabilityClass, Supports};

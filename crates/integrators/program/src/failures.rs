@@ -1,4 +1,5 @@
-//! What programs did wrong, for the end of a study: its cells do not keep sentences.
+//! The failures of programs, collected for the end of a study, whose table cells do not keep
+//! sentences.
 
 use std::sync::Mutex;
 
@@ -14,7 +15,7 @@ pub(crate) fn note(sentence: &str) {
     }
 }
 
-/// Each different failure of a program in this process so far, with how often it came.
+/// Each different failure of a program in this process so far, with its number of occurrences.
 pub fn failures() -> Vec<(String, u64)> {
     FAILURES.lock().map(|failures| failures.clone()).unwrap_or_default()
 }

@@ -10,14 +10,15 @@
 //!
 //! # The mathematics
 //!
-//! The program defines it. drape asks for the state at `t + h` from the state at `t`. It checks what it
-//! can: the sizes of all answers, that pins are where they are led, and how long each answer takes.
+//! The program defines it. drape requests the state at `t + h` from the state at `t`. It checks the
+//! sizes of all answers, that pins are on their paths, and how long each answer takes.
 //!
 //! # Safety
 //!
-//! A program may hang, die, print garbage or lie about sizes. Each of these becomes one sentence
-//! ([`drape_integrator::StepError::Outside`]), and the program and all that it started are killed
-//! and waited for. drape never reads more than an answer may hold.
+//! A program may hang, die, print garbage or lie about sizes. Each of these becomes an error of one
+//! sentence ([`drape_integrator::StepError::Outside`]). drape then kills the program and all
+//! processes that it started, and waits for them. It never reads more bytes than an answer may
+//! hold.
 //!
 //! # Where it failed here, and what it cost
 //!

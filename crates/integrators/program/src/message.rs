@@ -103,8 +103,9 @@ impl Answer {
     }
 }
 
-/// What drape makes of a line that a program wrote: as the answer to `hello`, or as the answer to
-/// another request that announces so many bytes. For tools that try broken messages.
+/// Reads a line that a program wrote, as the answer to `hello` (`bytes` is `None`), or as the
+/// answer to another request that announces `bytes` bytes. It is meant for tools that try broken
+/// messages.
 ///
 /// # Errors
 /// The sentence with which drape would end the program.

@@ -1,9 +1,10 @@
-//! Programs need pipes with time limits, which are written for Unix systems alone.
+//! Replacement for systems other than Unix. Programs need pipes with time limits, which are written
+//! for Unix only.
 
 use crate::message::Answer;
 use std::time::Duration;
 
-/// Nothing to kill.
+/// Does nothing, because no program can run.
 pub fn kill_all() {}
 
 /// No program runs here.

@@ -25,7 +25,8 @@ const LOOK: Duration = Duration::from_millis(2);
 /// The process groups of the programs that run.
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
-/// Kills all programs that run, with what they started: for a process that ends at once.
+/// Kills all running programs and the processes that they started. It is for a process that is
+/// about to end.
 pub fn kill_all() {
     for group in RUNNING.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         // The group may be gone already.

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// How the id of a program begins; the command follows.
+/// Prefix of the id of a program; the command follows.
 pub const PREFIX: &str = "program:";
 
 /// Time in which a program must say hello for the first time.
@@ -20,7 +20,7 @@ const MOST_HANGS: u32 = 3;
 /// Milliseconds that no answer may exceed in this process, whatever the settings say.
 static MOST_WAIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// While it lives, no answer may take longer than it was told.
+/// A limit on the time of each answer. It holds as long as this value lives.
 #[derive(Debug)]
 #[must_use = "the limit holds while it lives"]
 pub struct AnswerLimit {
@@ -28,9 +28,9 @@ pub struct AnswerLimit {
     before: u64,
 }
 
-/// Limits the time for each answer of a program in runs that begin from now on. The limit also holds
-/// where `start_timeout` and `step_timeout` allow more. Who has to end in time sets it. It does not
-/// limit the first greeting.
+/// Limits the time for each answer of a program in runs that begin from now on. The limit also
+/// holds if `start_timeout` and `step_timeout` allow more. Set it if the run must end in time. It
+/// does not limit the answer to `hello`.
 pub fn answer_within(limit: Duration) -> AnswerLimit {
     let limit = u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
     AnswerLimit { before: MOST_WAIT.swap(limit.max(1), Ordering::Relaxed) }
@@ -70,13 +70,13 @@ pub(crate) struct ProgramSettings {
 }
 
 /// Starts the program of a command such as `./mine.py` or `python3 mine.py fast`, asks what it is
-/// and returns its method, whose id is the command behind [`PREFIX`]. The same command is asked
-/// once.
+/// and returns its method, whose id is the command behind [`PREFIX`]. Each command is started and
+/// asked only once.
 ///
 /// Spaces separate the arguments; quotes (`'` or `"`) keep them together.
 ///
 /// # Errors
-/// One sentence that names the program and what it did.
+/// A sentence that names the program and its failure.
 pub fn load(command: &str) -> Result<&'static Registration, String> {
     let command = command.trim();
     if let Some(known) = find(command) {

@@ -12,10 +12,10 @@
 //! system, whose matrix is factorised once for all steps. Games and films run ten iterations a
 //! frame and show what results.
 //!
-//! Take it where the time for a frame is fixed and `h²k/m` is at most some tens, or with
-//! `acceleration=lbfgs` and a `residual` where backward Euler is wanted without factorisations.
-//! Take Newton's method, or many small explicit steps, for stiff cloth: ten iterations hold it
-//! still.
+//! Take it where the time for a frame is fixed and `h²k/m` is at most some tens. Take it with
+//! `acceleration=lbfgs` and a `residual` to solve backward Euler without factorisations. For stiff
+//! cloth take Newton's method, or many small explicit steps: ten iterations leave stiff cloth
+//! nearly motionless.
 //!
 //! # The mathematics
 //!
@@ -70,9 +70,9 @@
 //!   `Converged`, since no tolerance was missed. With `residual` above 0 the iteration stops there;
 //!   if `iterations` do not suffice, the status is `IterationLimit`. Round-off always stops.
 //! * **Settings.** `chebyshev` begins after ten plain iterations: with `iterations=10` it is
-//!   `none`. `rho` is the rate that it expects. It must grow with `θ`: too small a value helps
-//!   little, too large a one stalls. `memory` counts the past iterates of `anderson` and `lbfgs`.
-//!   They belong to one step; none is carried over.
+//!   `none`. `rho` is the rate that it expects. It must grow with `θ`: a value that is too small
+//!   helps little, and one that is too large stalls. `memory` counts the past iterates of
+//!   `anderson` and `lbfgs`. They belong to one step; none is carried over.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -104,8 +104,8 @@
 //! | `admm` | 3.3e-2 | 5.3e-4 | 0.481 | 0.353 | 0.182 | 3.1e-2 | 0.890 | 0.743 | 0.494 |
 //!
 //! At `θ` = 1 everything converges. At `θ` = 1e4 nothing does within 400 iterations, where Newton's
-//! method takes eight. ADMM converges as fast as the plain iteration: its multipliers pay for
-//! materials that are not springs.
+//! method takes eight. ADMM converges as fast as the plain iteration: its multipliers pay off for
+//! materials other than springs.
 //!
 //! *Locking.* The same sheet with `d/m` = 40 1/s, 0.3 s at `h` = 0.01 s; path of the middle of the
 //! free edge over that of the exact motion. Backward Euler has 1.03:
@@ -136,8 +136,7 @@
 //!
 //! *Near round-off.* Decreases of `Φ` drown in round-off from some 1e-7 of the velocities on. There
 //! the line search of `lbfgs` accepted noise, and a pair `s, y` of noise spoilt the next direction:
-//! 1000 iterations did not reach a residual of 1e-10. Full steps that learn nothing from such pairs
-//! do.
+//! 1000 iterations did not reach a residual of 1e-10. Full steps that ignore such pairs reach it.
 //!
 //! *Multipliers.* Two particles that spin through compression, `θ` = 20: `admm` left a residual of
 //! 6e-8 after 1000 iterations. A spring that turns round moves the target of its own multiplier.
@@ -167,6 +166,6 @@ mod tests;
 pub use settings::{Acceleration, PROJECTIVE, ProjectiveSettings};
 pub use step::{Projective, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -12,7 +12,7 @@ use drape_solvers::Constraints;
 /// Projective dynamics.
 pub type Projective = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&PROJECTIVE);
 
 /// Memory of a step, and the kept factor.

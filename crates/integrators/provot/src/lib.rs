@@ -50,8 +50,8 @@
 //! ms:
 //!
 //! * *Energy.* Symplectic Euler keeps it within 0.005 of the unit `m g · 1 m`. With one sweep at
-//!   `τ_c` = 0.1 a share of 0.14 is lost. With `velocity=positions-only` 22 units are gained: the
-//!   shortened springs go on stretching at their old speed, and fall again and again.
+//!   `τ_c` = 0.1 a fraction of 0.14 is lost. With `velocity=positions-only` 22 units are gained:
+//!   the shortened springs go on stretching at their old speed, so the sheet falls again and again.
 //! * *Order of the sweep.* At `τ_c` = 0.02 and two sweeps a step, backward, alternating and
 //!   shuffled sweeps are 3 to 6 mm away from forward ones after half a second.
 //! * *Sweeps.* Shortening a spring stretches its neighbours. With `τ_c` = 0.05 the largest
@@ -71,6 +71,6 @@ mod step;
 pub use settings::{PROVOT, ProvotSettings, VelocityUpdate};
 pub use step::{Provot, REGISTRATION};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -10,7 +10,7 @@ use drape_model::{State, System, Vec3};
 /// Symplectic Euler with a limit on the elongation of springs.
 pub type Provot = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&PROVOT);
 
 /// Memory of a step.

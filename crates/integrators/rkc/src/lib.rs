@@ -5,11 +5,11 @@
 //!
 //! # What it is
 //!
-//! Most Runge–Kutta methods spend their stages on a high order. This one spends them on stability:
-//! with `s` stages it reaches `0.65 (s² − 1)` along the negative real axis, where heavily damped
-//! modes lie, and stays of order 2. Take it for heavy damping and small errors: it has no matrix.
-//! It is the wrong method for light damping: along the imaginary axis, where vibrations lie, more
-//! stages reach no further.
+//! Most Runge–Kutta methods spend their stages on a high order. This method spends them on
+//! stability: with `s` stages its stability region reaches `0.65 (s² − 1)` along the negative real
+//! axis, where heavily damped modes lie, and its order stays 2. Take it for heavy damping and small
+//! errors: it needs no matrix. Do not take it for light damping: along the imaginary axis, where
+//! vibrations lie, more stages reach no further.
 //!
 //! # The mathematics
 //!
@@ -37,14 +37,14 @@
 //! | radius, `s = 6` | 4.24 | 3.50 | 2.99 | 2.39 | 1.52 |
 //! | radius, `s ≥ 20` | 4.7 | 3.78 | 3.17 | 2.53 | 1.6 |
 //!
-//! Where the damping of springs is in proportion to their stiffness, a sheet has modes of all
-//! ratios from nearly 0 up. So the step is limited by `h ≤ 2.34 d/k` with six stages, and `h ≤ 2.58
-//! d/k` with any number. Without damping no step is stable: `|P_s(i)|` is 1.062, 1.040 and 1.035
-//! for `s` = 3, 6 and 20.
+//! If the damping of springs is proportional to their stiffness, a sheet has modes of all damping
+//! ratios from nearly 0 up. So the step is limited by `h ≤ 2.34 d/k` with six stages, and by
+//! `h ≤ 2.58 d/k` with any number. Without damping no step is stable: `|P_s(i)|` is 1.062, 1.040
+//! and 1.035 for `s` = 3, 6 and 20.
 //!
 //! With `step=auto` the method therefore divides a step. It tests 64 modes, `κ` from `λ/1000` to
-//! `λ` in geometric progression and `δ` in proportion, and takes more substeps while one is
-//! unstable.
+//! `λ` in geometric progression and `δ` in proportion, and takes more substeps while one of these
+//! modes is unstable.
 //!
 //! * **Order 2**; the damping may be full or projected, and drag may depend on the speed. Forces
 //!   belong to the times of their stages.
@@ -54,7 +54,7 @@
 //!   follows the cloth as leapfrog's does, and half of the bound `δ` belongs to it. Drag is in
 //!   neither.
 //! * **Refusals.** Springs without damping are refused by name, and so is a step of more than 100
-//!   000 substeps. Modes without damping beside damped springs, as of angles, grow as slowly as
+//!   000 substeps. Undamped modes beside damped springs, such as modes of angles, grow slowly, like
 //!   `(h√κ)⁴`.
 //! * **Pins and contacts** act at the end of a substep, particle by particle, as with
 //!   Adams–Bashforth: an impact is a jump of `v_n`, and a particle that stays in contact has no
@@ -107,6 +107,6 @@ mod step;
 pub use settings::{Division, RKC, RkcSettings};
 pub use step::{REGISTRATION, Rkc};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -15,7 +15,7 @@ use drape_solvers::Constraints;
 #[doc(alias = "Sommeijer-Shampine-Verwer 1998")]
 pub type Rkc = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&RKC);
 
 /// Memory of a step. `z_j = y_j − y_n` is kept in place of the stage `y_j = (x_j, v_j)`, so that a

@@ -6,10 +6,10 @@
 //!
 //! An implicit Runge–Kutta method solves a nonlinear system in each stage. A *Rosenbrock method*
 //! takes one Newton step instead, and corrects the coefficients so that the order stays: a step is
-//! one factorisation and one linear solve a stage, without any iteration or stop test. Baraff and
+//! one factorisation and one linear solve per stage, without any iteration or stop test. Baraff and
 //! Witkin's step is the member of one stage and order 1.
 //!
-//! Take it to see how far one linearisation a step goes. With damping and `h²k/m` up to 100,
+//! Take it to see how far one linearisation per step suffices. With damping and `h²k/m` up to 100,
 //! `rodas4` is very accurate for a single factorisation. It fails on undamped or stiffer cloth,
 //! where a method that iterates does not: take TR-BDF2 or backward Euler there.
 //!
@@ -36,8 +36,8 @@
 //! whole, so the result does not depend on the frame.
 //!
 //! `K_n` is exact and indefinite where springs are compressed. A sparse `L D Lᵀ` without exchanges
-//! of rows factorises `A`. Each solve is checked by its residual and refined once if need be. Where
-//! a pivot vanishes, the clamped matrix serves for that step, and the report says `Indefinite`.
+//! of rows factorises `A`. Each solve is checked by its residual and, if necessary, refined once.
+//! If a pivot vanishes, that step uses the clamped matrix, and the report says `Indefinite`.
 //!
 //! | `tableau` | order | any matrix | stages | forces | modulus of `R(∞)` |
 //! |---|---|---|---|---|---|
@@ -47,14 +47,15 @@
 //! | `ros34pw2` | 3 | 3 | 4 | 4 | 0 |
 //! | `rodas4` | 4 | 1 | 6 | 6 | 0 |
 //!
-//! * *Order.* Those with an order for any matrix are *W-methods*. With `jacobian=clamped`, which
+//! * *Order.* Tableaux with an order for any matrix are *W-methods*. With `jacobian=clamped`, which
 //!   leaves out the negative stiffness and is factorised by Cholesky, all others have order 1. The
 //!   matrix also leaves out how the direction of projected damping, and of the damping of angles,
 //!   turns with the cloth; all but W-methods refuse such damping. Quadratic drag stands in the
 //!   matrix with its lagged coefficient, and the derivative by the time is left out: with air only
 //!   W-methods have an order above 1.
 //! * *Stability.* A-stable, and L-stable but for `ros3p`, where forces are linear.
-//! * *Conservation.* Momentum; neither angular momentum nor energy. Free fall is exact.
+//! * *Conservation.* Momentum is conserved; angular momentum and energy are not. Free fall is
+//!   exact.
 //! * Contacts, friction and moving pins are refused: a stage would need constraints of its own.
 //!
 //! | symbol | name in the code | unit | shape |
@@ -105,8 +106,8 @@
 //! | `ros34pw2`, clamped | 0 | 1e13 |
 //! | `rodas4` | 0 | 1e44 |
 //!
-//! With light damping the clamped matrix saves `ros34pw2`, whose exact Jacobian lets it diverge
-//! after the first 0.3 s. Undamped nothing does. No step here met a vanishing pivot.
+//! With light damping the clamped matrix saves `ros34pw2`, which diverges after the first 0.3 s
+//! with the exact Jacobian. Without damping nothing saves it. No step here met a vanishing pivot.
 //!
 //! *Order* on a smooth sheet of 6 × 6 particles, last halving of `h`: 1.99, 2.95, 2.98, 2.98, 4.00.
 //! *Cost*: one factorisation of `3n` unknowns a step, and a solve, a product with `K` and a product
@@ -136,7 +137,7 @@ pub use settings::{JacobianForm, ROSENBROCK, RosenbrockSettings};
 pub use step::{REGISTRATION, Rosenbrock};
 pub use tableau::{RODAS3, RODAS4, ROS2, ROS3P, ROS34PW2, STAGES, Scheme, Tableau};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];
 

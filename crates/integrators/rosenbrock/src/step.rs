@@ -13,7 +13,7 @@ use drape_solvers::Constraints;
 /// A Rosenbrock method.
 pub type Rosenbrock = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&ROSENBROCK);
 
 /// Memory of a step.

@@ -34,10 +34,10 @@
 //! * **Order 4**, with and without damping, full or projected. The step reads the same from both
 //!   ends, so that its error has even orders only, and the series leaves an error of order 6.
 //!   Crank–Nicolson in the kicks would drop the order to 2.
-//! * **Stability.** Without damping `h√λ < 5.0269`, but for a hairline, `3.1635 < h√λ < 3.1686`,
-//!   where a step multiplies the mode by up to 1.0024. For each force this is 0.84 against
-//!   leapfrog's 2. The series and the kicks and drifts that go back limit the damping: `hδ < 8.8`
-//!   for `h√λ` up to 4.
+//! * **Stability.** Without damping the method is stable for `h√λ < 5.0269`, except in a narrow
+//!   interval, `3.1635 < h√λ < 3.1686`, where a step multiplies the mode by up to 1.0024. Per force
+//!   evaluation the limit is 0.84, against 2 for leapfrog. The series and the kicks and drifts that
+//!   go back limit the damping: `hδ < 8.8` for `h√λ` up to 4.
 //! * **Conservation.** Momentum and, without damping, angular momentum are exact: kicks act along
 //!   springs. With damping a step multiplies the angular momentum of two particles by `Π p(b_i η)`,
 //!   where `p` is the series of `e^{−y}`. The energy oscillates and does not drift.
@@ -47,8 +47,8 @@
 //! * **Settings.** `step` and `safety` are leapfrog's: `auto` and `bound` divide a step into equal
 //!   substeps of at most `safety · 5.0269/√λ` and `8/δ`, with `λ` from
 //!   [`drape_integrator::StabilityLimit`] and `δ` from [`drape_integrator::DampingBound`].
-//! * **Refusals.** Four of the thirteen parts of a step go back in time. A contact, or a pin on a
-//!   path, has no meaning there, and neither has drag in a wind.
+//! * **Refusals.** Four of the thirteen parts of a step go back in time. Contacts, pins on paths
+//!   and drag in a wind have no meaning in such parts.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -97,6 +97,6 @@ mod step;
 pub use settings::{SRKN4, Srkn4Settings};
 pub use step::{REGISTRATION, Srkn4};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

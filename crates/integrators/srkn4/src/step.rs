@@ -11,7 +11,7 @@ use drape_model::{Level, State, System, Vec3};
 #[doc(alias = "Blanes-Moan")]
 pub type Srkn4 = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&SRKN4);
 
 const B1: f64 = 0.082_984_406_417_405_2;

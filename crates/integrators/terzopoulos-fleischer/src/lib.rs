@@ -7,7 +7,7 @@
 //!
 //! The force of a spring is *exactly* a matrix times the positions, `f = −K(x) x`, if the matrix
 //! may depend on the positions. The method takes the matrix at the old level and the positions at
-//! the new one: one linear system a step, with one scalar matrix for three coordinates. Take it
+//! the new one: one linear system per step, with one scalar matrix for three coordinates. Take it
 //! where rest lengths are 0; elsewhere it is of historical interest.
 //!
 //! # The mathematics
@@ -41,8 +41,8 @@
 //!   at level `n`.
 //! * **Contacts** act on the velocity that the solve gives, particle by particle.
 //!
-//! On an oscillator `|ζ|² = (1 − η/2)/(1 + θ + η/2)` where the roots are complex: about as
-//! dissipative as backward Euler. The order is 1, and momentum is conserved.
+//! On an oscillator `|ζ|² = (1 − η/2)/(1 + θ + η/2)` where the roots are complex: the method is
+//! about as dissipative as backward Euler. The order is 1, and momentum is conserved.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
@@ -54,10 +54,10 @@
 //! # Where it failed here
 //!
 //! The force acts along the *new* direction of a spring with its old tension. Sideways motion at
-//! rest length meets next to no resistance, so nothing locks. But stretching meets next to none
-//! either: a spring at rest has secant stiffness 0, and pulls only one step after it was stretched.
-//! Where a step jumps far the answer overshoots, and energy grows; no theorem forbids it. For rest
-//! length 0 the weights are constant, and the method is as stable as backward Euler.
+//! rest length meets almost no resistance, so nothing locks. But stretching meets almost no
+//! resistance either: a spring at rest has secant stiffness 0, and pulls only one step after it was
+//! stretched. If a step is large, the result overshoots and the energy grows; no theorem excludes
+//! this. For rest length 0 the weights are constant, and the method is as stable as backward Euler.
 //!
 //! Compression is worse. From a spring of length `L ≪ θℓ` a step leads to a length of about
 //! `L²/(θℓ)`, so springs collapse. A collapsed spring stays collapsed, where a real one would push
@@ -72,8 +72,8 @@
 //! Plots: error against the step in `results/figures/order-smooth.svg` and `order-stiff.svg`, spin
 //! in `momentum-spin.svg`, hard cases in `hard-cases.svg`.
 //!
-//! To try next: the tangent instead of the secant (Baraff-Witkin), which knows the stiffness in
-//! time.
+//! To try next: the tangent instead of the secant (Baraff-Witkin), which accounts for the stiffness
+//! one step earlier.
 
 mod ledger;
 mod secant;
@@ -83,6 +83,6 @@ mod step;
 pub use settings::{TERZOPOULOS_FLEISCHER, TerzopoulosFleischerSettings};
 pub use step::{REGISTRATION, TerzopoulosFleischer};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

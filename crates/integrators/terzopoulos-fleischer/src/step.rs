@@ -11,7 +11,7 @@ use drape_model::{State, System};
 /// Terzopoulos and Fleischer's semi-implicit step.
 pub type TerzopoulosFleischer = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&TERZOPOULOS_FLEISCHER);
 
 /// Memory of a step.

@@ -232,7 +232,7 @@ fn load<F: Four>(four: F, vector: &Vec3) -> F::Numbers {
     four.load([vector.x, vector.y, vector.z, 0.0])
 }
 
-/// Four vectors as one register a coordinate.
+/// Four vectors as one register per coordinate.
 #[inline(always)]
 fn coordinates<F: Four>(four: F, quads: [F::Numbers; GROUP]) -> [F::Numbers; 3] {
     let [x, y, z, _] = four.transpose(quads);
@@ -245,7 +245,7 @@ fn minus<F: Four>(four: F, from: F::Numbers, a: F::Numbers, b: F::Numbers) -> F:
     four.add(four.mul(four.neg(a), b), from)
 }
 
-/// The vectors of four particles as one register a coordinate.
+/// The vectors of four particles as one register per coordinate.
 #[inline(always)]
 fn gather<F: Four>(four: F, own: [usize; GROUP], all: &[Vec3]) -> [F::Numbers; 3] {
     let (a, b) = (load(four, &all[own[0]]), load(four, &all[own[1]]));
@@ -262,7 +262,7 @@ fn product<F: Four>(four: F, columns: &[Lanes; 3], v: &Vec3) -> F::Numbers {
     four.add(four.add(x, y), z)
 }
 
-/// Four vectors from memory as one register a coordinate.
+/// Four vectors from memory as one register per coordinate.
 #[inline(always)]
 fn columns<F: Four>(four: F, [a, b, c, d]: [Lanes; GROUP]) -> [F::Numbers; 3] {
     coordinates(four, [four.load(a), four.load(b), four.load(c), four.load(d)])

@@ -31,7 +31,7 @@
 //!   measured tension `T'` and `T/L` take the places of `k` and `k (1 − ℓ/L)`. Without the clamp a
 //!   block is indefinite in compression. Angles and hinges add the projected blocks of
 //!   [`drape_model::Stencils`]. `D` holds full damping, projected damping and the drag of the air,
-//!   with directions and coefficients at level `n`; it is assembled once a step. Gravity is
+//!   with directions and coefficients at level `n`; it is assembled once per step. Gravity is
 //!   explicit.
 //! * **Colours.** Each particle takes the least colour that no neighbour before it has. A grid with
 //!   diagonals needs four. Particles of one colour do not feel each other, so results have the same
@@ -62,10 +62,10 @@
 //!   amplification matrix of backward Euler, `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`. A particle that
 //!   hangs on pins alone is one block, which one sweep solves. Each block step descends on a model
 //!   of `Φ`, and `Φ` is not the energy: theory bounds neither.
-//! * **Conservation.** Of converged steps linear momentum. Two particles show what a fixed number
-//!   of sweeps leaves: with `a = h²k/m + hc/m` an error falls by `(a/(1 + a))²` in a sweep, and the
-//!   momentum changes by the difference of the two errors. A mesh is slower: from `θ = 100` on, its
-//!   long waves hardly move in 100 sweeps.
+//! * **Conservation.** Converged steps conserve linear momentum. Two particles show what a fixed
+//!   number of sweeps leaves: with `a = h²k/m + hc/m` an error falls by `(a/(1 + a))²` in a sweep,
+//!   and the momentum changes by the difference of the two errors. A mesh is slower: from `θ = 100`
+//!   on, its long waves hardly move in 100 sweeps.
 //! * **Report.** The number of sweeps is fixed, so a step always reports `Converged`. The relative
 //!   residual is that of backward Euler's stop test at the end of the step.
 //!
@@ -84,8 +84,8 @@
 //! The sheet of the measurements has 400 particles on two pins, shear springs of 0.1 k, `h` = 0.01
 //! s, so that `θ` = `k/m` / 10⁴.
 //!
-//! *It carries stiff stretch as slowly as every relaxation.* Error of one step from the inertial
-//! start, over the error of that start:
+//! *Like every relaxation, it removes stiff stretch slowly.* The table shows the error of one step
+//! from the inertial start, over the error of that start:
 //!
 //! | | θ = 1: 10 | 30 sweeps | θ = 100: 10 | 30 | 100 | 400 | θ = 10⁴: 30 | 100 | 400 |
 //! |---|---|---|---|---|---|---|---|---|---|
@@ -96,9 +96,9 @@
 //! At `θ` = 100 Chebyshev's method with 0.99 needs 44 sweeps for 1 %, plain sweeps 390. At `θ` = 1
 //! it is seven times slower than plain sweeps: `ρ` belongs to one stiffness and one mesh.
 //!
-//! *What is not solved is lost motion.* Damping `d/m` = 40/s; error `e` of positions over the
-//! motion after 0.3 s, path of the middle of the free edge over the exact path after 0.3 s (`R`),
-//! and path after 2 s:
+//! *Unsolved steps lose motion.* Damping `d/m` = 40/s; error `e` of positions over the motion after
+//! 0.3 s, path of the middle of the free edge over the exact path after 0.3 s (`R`), and path after
+//! 2 s:
 //!
 //! | | `e`, 1e4 | `e`, 1e6 | `R`, 1e6 | path in 2 s, 1e6 | `R`, 1e8 | `R`, 1e10 |
 //! |---|---|---|---|---|---|---|
@@ -120,8 +120,9 @@
 //! | 100 sweeps | 0 | −1.617 | 0 | −1.151 |
 //! | 100 sweeps, `chebyshev=0.95` | 0 | −1.507 | 0 | −1.134 |
 //!
-//! Damping does not save a stiffer sheet: at 1e8 with 20 sweeps the energy rises by 4.0 J within
-//! 0.3 s and by 23.5 J within 2 s, all of it in springs that were not solved. 100 sweeps gain none.
+//! Damping does not stabilise a stiffer sheet: at 1e8 with 20 sweeps the energy rises by 4.0 J
+//! within 0.3 s and by 23.5 J within 2 s, all of it in springs that were not solved. 100 sweeps
+//! gain none.
 //!
 //! *Augmented stiffness helps.* Distance from Newton's method over the motion after 0.3 s:
 //!
@@ -178,6 +179,6 @@ mod tests;
 pub use settings::{Start, VBD, VbdSettings};
 pub use step::{REGISTRATION, Vbd};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/sweep.rs", include_str!("sweep.rs"))];

@@ -17,7 +17,7 @@ use drape_solvers::Constraints;
 #[doc(alias = "AVBD")]
 pub type Vbd = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&VBD);
 
 /// Memory of a step, and history.

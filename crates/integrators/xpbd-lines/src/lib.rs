@@ -57,12 +57,12 @@
 //!   follow each other by the stiffness of their stiffest spring.
 //! * **A line** is one Newton step of (L1) on the chain alone. Its matrix has more on its diagonal
 //!   than beside it, so elimination needs no pivots.
-//! * **Full damping** is solved before the springs, where it would not know what they will do. So
-//!   it expects of them what they did in the substep before, `r⁻`, and starts from the `Λ` of that
-//!   substep. On one spring this is the factored matrix `(1 + θ)(1 + η)` in place of `1 + θ + η`
-//!   (`drape_oracle::recurrence::factored_bdf2`), as in alternating-direction methods. No motion
-//!   grows at any `θ` and `η`. Where both are large, the spring comes to rest more slowly than it
-//!   should.
+//! * **Full damping** is solved before the springs, so it does not know their corrections. It
+//!   therefore assumes the corrections of the previous substep, `r⁻`, and starts from the `Λ` of
+//!   that substep. On one spring this is the factored matrix `(1 + θ)(1 + η)` in place of
+//!   `1 + θ + η` (`drape_oracle::recurrence::factored_bdf2`), as in alternating-direction methods.
+//!   No motion grows at any `θ` and `η`. Where both are large, the spring comes to rest more slowly
+//!   than it should.
 //! * **Order.** 2 with full damping or none. One sweep leaves an error of `O(h)` in damping along
 //!   the springs: order 1, and 2 with `iterations=2`.
 //! * **Conservation.** Impulses act in pairs: momentum is conserved. Energy may rise, see below.
@@ -130,8 +130,8 @@
 //!   2.6 J in 1 s: long lines alone do not hold a stiff mesh that meets an obstacle.
 //! * *Bending springs* of 0.01 k change the hanging sheet little: none, and 0.020 J at 1e10 with
 //!   damping, 0.0039 and 1.6 J without.
-//! * *A second sweep* pays less than a second substep: at 1e10 with damping, 14 substeps of two
-//!   sweeps gain 0.027 J, and 30 of one gain 0.0055 J. Without damping two sweeps in 20 substeps
+//! * *A second sweep* helps less than a second substep: at 1e10 with damping, 14 substeps of two
+//!   sweeps gain 0.027 J, and 30 of one gain 0.0055 J. Without damping, two sweeps in 20 substeps
 //!   gain 12 J.
 //! * *Repeats.* Repeating the stiff families, or each line, within a sweep changes nothing with
 //!   damping at 1e10, and gains more energy without it (19 and 23 J). Swapping warp and weft in
@@ -173,6 +173,6 @@ mod step;
 pub use settings::{Formula, XPBD_LINES, XpbdLinesSettings};
 pub use step::{REGISTRATION, XpbdLines};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

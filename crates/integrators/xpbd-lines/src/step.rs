@@ -13,7 +13,7 @@ use drape_model::{State, System};
 #[doc(alias = "Bender-Bayer 2008")]
 pub type XpbdLines = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&XPBD_LINES);
 
 /// Memory of a step, and history.

@@ -5,7 +5,7 @@
 //! Springs that share no particle can be projected in any order, or at once. So the springs are cut
 //! into groups of [`GROUP`] without a common particle. Four springs of a group are computed at once,
 //! as [`springs`](crate::springs) does: the differences of their ends become one register a
-//! coordinate, and their impulses one register a spring again.
+//! coordinate, and their impulses one register per spring again.
 //!
 //! *By colours* the groups are the springs of a colour, one after the other. *As listed* a spring
 //! goes into the first group with room behind all groups of earlier springs of its particles. Each

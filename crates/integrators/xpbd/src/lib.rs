@@ -116,7 +116,8 @@
 //!   good to 2 % long before.
 //! * `order=2` is 1.4 to 3 times as accurate for the same work where it is stable. Its sweeps may
 //!   not stop too early: with one sweep the sheet blew up at `h_s² k/m` = 25, and not at 11.
-//! * Ten sweeps in one substep cost as much as one in each of ten, and are 5 to 7 times worse.
+//! * Ten sweeps in one substep cost as much as one sweep in each of ten substeps, and are 5 to 7
+//!   times less accurate.
 //! * *Not backward Euler.* A step of 0.01 s from a moving state, distance to the solution of
 //!   backward Euler over that of the prediction: 0.082 after 10, 30 and 1600 sweeps at
 //!   `h²k/m` = 1; 0.79, 0.49, 0.15 and 0.081 after 10, 30, 100 and 400 at 100; 0.34 after 1600 at
@@ -166,6 +167,6 @@ mod step;
 pub use settings::{Formula, Sweep, XPBD, XpbdSettings};
 pub use step::{REGISTRATION, Xpbd};
 
-/// Texts of this crate, by their files: lessons show excerpts of them.
+/// Source texts of this crate, by file name. Lessons show excerpts of them.
 pub const SOURCES: &[(&str, &str)] =
     &[("src/lib.rs", include_str!("lib.rs")), ("src/step.rs", include_str!("step.rs"))];

@@ -14,7 +14,7 @@ use drape_model::{State, System};
 #[doc(alias = "Macklin-Müller-Chentanez 2016")]
 pub type Xpbd = Stepper<Workspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static REGISTRATION: Registration = Registration::new::<Workspace>(&XPBD);
 
 /// Memory of a step, and history.

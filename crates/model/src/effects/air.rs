@@ -7,16 +7,16 @@
 //! f = −κ a (n·v_r) n          κ = c, or ½ ρ C |n·v_r|
 //! ```
 //!
-//! goes to its corners in equal parts. It is a damping force `−D (v − w)` with a symmetric and
-//! positive semi-definite matrix. A method that takes it at the new velocity keeps `n`, `a`, `w`
-//! and the speed in `κ` at an earlier level, which makes the force linear. Without wind it
-//! dissipates. An explicit step `h` is stable if `h Σ κ a/(3m) < 2` at every particle, with its
-//! mass `m` and the sum over its triangles. The bound is sharp if neighbours move alike along one
-//! normal.
+//! goes to its corners in equal parts. It is a damping force `−D (v − w)`, whose matrix `D` is
+//! symmetric and positive semi-definite. A method that takes the force at the new velocity keeps
+//! `n`, `a`, `w` and the speed in `κ` at an earlier level, which makes the force linear. Without
+//! wind the drag dissipates. An explicit step `h` is stable if `h Σ κ a/(3m) < 2` at every
+//! particle, where `m` is its mass and the sum is over its triangles. The bound is sharp if
+//! neighbours move alike along one normal.
 //!
-//! Forces are computed four triangles at a time in vector registers and added one after the other.
-//! The readable form, [`Air::add_reference`], gives the same bits. It takes four triangles of which
-//! one has no normal.
+//! The code computes forces for four triangles at a time in vector registers, and adds them one
+//! after another. The readable form, [`Air::add_reference`], gives the same bits. It also handles
+//! groups of four in which a triangle has no normal.
 
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, Effect, EffectClass, EffectKind};
@@ -48,23 +48,23 @@ pub struct AirSpec {
     pub wind: Option<WindSpec>,
 }
 
-/// How the drag of a triangle grows with the speed at which the air meets it, along its normal.
+/// How the drag of a triangle grows with the normal component of its speed relative to the air.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum DragSpec {
-    /// `½ ρ C a |n·v|²`.
+    /// Force `½ ρ C a |n·v|²`, N.
     Quadratic {
-        /// `C`.
+        /// Drag coefficient `C`.
         #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
         coefficient: f64,
-        /// `ρ`, kg/m³.
+        /// Density of the air `ρ`, kg/m³.
         #[serde(default = "density_of_air")]
         #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
         density_kg_m3: f64,
     },
-    /// `c a |n·v|`.
+    /// Force `c a |n·v|`, N.
     Linear {
-        /// `c`, N s/m³.
+        /// Coefficient `c`, N s/m³.
         #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
         coefficient_n_s_per_m3: f64,
     },
@@ -87,22 +87,23 @@ pub struct WindSpec {
     pub gust: Option<GustSpec>,
 }
 
-/// Gusts: a sum of sines that looks irregular and is the same in every run.
+/// Gusts: a sum of sines that looks irregular but is the same in every run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GustSpec {
-    /// Bound on the velocity of the gusts, m/s. They approach it and never exceed it.
+    /// Bound on each component of the velocity of the gusts, m/s. The gusts approach it and never
+    /// exceed it.
     #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
     pub amplitude_m_s: [f64; 3],
-    /// Period of their slowest part, s.
+    /// Period of the slowest sine, s.
     #[schemars(range(min = SHORTEST_PERIOD, max = MAX_COORDINATE))]
     pub period_s: f64,
-    /// Seed of their phases.
+    /// Seed of the phases.
     #[serde(default)]
     #[schemars(range(max = u32::MAX))]
     pub seed: u32,
-    /// Age of the gusts at the start, s; 0 if absent. It lets a system that was frozen during a run
-    /// continue its gusts.
+    /// Age of the gusts at the start, s; 0 if absent. A system that was frozen during a run
+    /// continues its gusts from this age.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0.0, max = MAX_GUST_START))]
     pub start_s: f64,
@@ -158,7 +159,7 @@ pub enum DragLaw {
 pub struct Wind {
     /// Mean, m/s.
     pub velocity: Vec3,
-    /// Gusts, if any.
+    /// Gusts; `None` for a steady wind.
     pub gust: Option<Gust>,
 }
 
@@ -178,8 +179,8 @@ pub struct Gust {
 }
 
 impl Gust {
-    /// A gust with this bound on its velocity (m/s) and this period of its slowest sine (s). The
-    /// seed determines the phases.
+    /// A gust with the bound `amplitude` on its velocity (m/s) and the period of its slowest sine
+    /// (s). The seed determines the phases.
     pub fn new(amplitude: Vec3, period: f64, seed: u32) -> Self {
         let mut state = u64::from(seed);
         // SplitMix64 (Steele, Lea and Flood 2014).
@@ -216,7 +217,7 @@ impl Gust {
 }
 
 impl Wind {
-    /// Velocity at time `t` (s), m/s.
+    /// Velocity of the air at time `t` (s), m/s.
     pub fn at(&self, t: f64) -> Vec3 {
         self.gust.map_or(self.velocity, |gust| self.velocity + gust.velocity(t))
     }
@@ -244,7 +245,7 @@ impl Wind {
 }
 
 impl Air {
-    /// The air around these triangles.
+    /// Drag with this law and wind on `triangles`, which hold particle indices.
     pub fn new(law: DragLaw, wind: Option<Wind>, triangles: Vec<[u32; 3]>) -> Self {
         Self { law, wind, triangles }
     }

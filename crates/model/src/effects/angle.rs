@@ -7,10 +7,11 @@
 //! U = ½ k (φ − φ₀)²
 //! ```
 //!
-//! Formulas use `c = cos φ`. Its gradient `∇_a c = (b̂ − c â)/|a|` is smooth if both edges have a
-//! length. `g = dU/dc = k (δ − δ₀)/sin δ` with `δ = π − φ` is smooth at the straight angle if the
-//! angle at rest is straight: `(π − φ)/sin φ → 1` (Eberhardt, Weber and Straßer 1996 bend cloth
-//! so). At other angles at rest, angles of 0 and π give the force no direction, and it is 0.
+//! Formulas use `c = cos φ`. Its gradient `∇_a c = (b̂ − c â)/|a|` is smooth if neither edge has
+//! length 0. Its factor is `g = dU/dc = k (δ − δ₀)/sin δ` with `δ = π − φ`. If the angle at rest is
+//! straight, `g` is smooth at the straight angle, because `(π − φ)/sin φ → 1` (Eberhardt, Weber and
+//! Straßer 1996 bend cloth in this way). If the angle at rest is not straight, angles of 0 and π
+//! give the force no direction, and the force is 0.
 
 use super::elements::{self, Element, Elements, Turn};
 use super::registry::{self, Checked, Weave};
@@ -48,7 +49,7 @@ pub enum AngleEffect {
 }
 
 impl AngleEffect {
-    /// All of them, in the order in which a system holds them.
+    /// All kinds, in the order in which a system holds them.
     pub const ALL: [Self; 2] = [Self::ShearAngle, Self::BendingAngle];
 
     /// The name under which its energy is reported.
@@ -70,12 +71,12 @@ impl From<AngleEffect> for EffectKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngleSpec {
-    /// Effect that it belongs to.
+    /// Effect that the angle belongs to.
     pub effect: AngleEffect,
     /// End of the first edge.
     #[schemars(range(max = LAST_PARTICLE))]
     pub i: u32,
-    /// Where the edges meet.
+    /// Particle at which the edges meet.
     #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
     /// End of the second edge.

@@ -1,9 +1,9 @@
 //! Effects that sum an energy over many small elements. Angles and hinges share this code.
 //!
-//! A sweep takes four elements at a time in vector registers and adds their forces one after the
-//! other, in the order of the list. Each number has the order of operations of the readable form,
-//! [`Element::add_force`], so both give the same bits. Four elements of which one is unusual, such
-//! as one without an angle, take the readable form.
+//! A sweep takes four elements at a time in vector registers and adds their forces one after
+//! another, in the order of the list. It computes each number in the order of operations of the
+//! readable form, [`Element::add_force`], so both give the same bits. If one of four elements is
+//! unusual, such as one without an angle, the sweep takes the readable form for all four.
 
 use super::registry::Checked;
 use super::{BlockSink, Effect, EffectKind, Tangent};
@@ -54,7 +54,7 @@ pub(crate) trait Element: Copy + Debug + Send + Sync + 'static {
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink);
 }
 
-/// An angle of three or four particles, against its angle at rest.
+/// How far an angle of three or four particles is from its angle at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     /// `θ − θ₀`, rad.
@@ -65,18 +65,21 @@ pub struct Turn {
     pub stiffness: f64,
 }
 
-/// The angles of an effect one by one: for methods that take each as a constraint of its own, or
-/// move one particle at a time.
+/// The angles of an effect, one by one. Methods use it that treat each angle as a constraint, or
+/// that move one particle at a time.
 pub trait Stencils {
-    /// Calls `visit` with the three or four particles of each angle.
+    /// Calls `visit` with the indices of the three or four particles of each angle. The position of
+    /// a call in this sequence is the angle's place.
     fn visit(&self, visit: &mut dyn FnMut(&[u32]));
 
-    /// An angle, by its place in that order, with its particles at `x`, m; a fourth place beside
-    /// three particles is ignored. `None` where the angle has no gradient.
+    /// The angle at this place in the order of [`visit`](Self::visit), with its particles at `x`,
+    /// m. If the angle has three particles, the fourth position is ignored. `None` if the angle has
+    /// no gradient.
     fn turn(&self, place: usize, x: &[Vec3; 4]) -> Option<Turn>;
 
-    /// Force of an angle, by its place in that order, on one of its particles at `x`, N, and the
-    /// particle's block `−∂f/∂x` on the diagonal, N/m, [projected](Tangent::Projected).
+    /// Force, N, of the angle at this place in the order of [`visit`](Self::visit) on one of its
+    /// particles, and that particle's diagonal block of `−∂f/∂x`, N/m,
+    /// [projected](Tangent::Projected). `x` holds the positions of all particles, m.
     fn local(&self, place: usize, particle: usize, x: &[Vec3]) -> (Vec3, Mat3);
 }
 
@@ -88,7 +91,7 @@ pub struct Elements<E> {
 }
 
 impl<E> Elements<E> {
-    /// Elements of one kind. Their values must be in range.
+    /// The elements in `list`, as an effect of this kind. Their values must be in range.
     pub fn new(kind: EffectKind, list: Vec<E>) -> Self {
         Self { kind, list }
     }

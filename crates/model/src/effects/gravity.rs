@@ -17,7 +17,7 @@ pub struct GravitySpec {
     pub m_s2: [f64; 3],
 }
 
-/// `U = −Σ m_i g·x_i`, `f_i = m_i g`.
+/// Energy `U = −Σ m_i g·x_i`, J, and forces `f_i = m_i g`, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gravity {
     /// Acceleration `g`, m/s².

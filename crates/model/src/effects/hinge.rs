@@ -1,4 +1,4 @@
-//! Bending over the edges that two triangles share.
+//! Bending across edges that two triangles share.
 //!
 //! With the edge `E = x_j − x_i`, the opposite corners `p = x_k − x_i`, `q = x_l − x_i` and the
 //! normals `N₁ = E × p`, `N₂ = q × E`, the dihedral angle is (Bridson et al. 2003, Grinspun
@@ -18,7 +18,7 @@
 //! p⊥ = p − (p·Ê) Ê     [w] u = w × u
 //! ```
 //!
-//! A hinge at a triangle without area has no angle and exerts no force.
+//! A hinge has no angle and exerts no force if one of its triangles has no area.
 
 use super::angle::AngularLaw;
 use super::elements::{self, Element, Elements, Turn};

@@ -1,8 +1,8 @@
 //! The machinery behind the list of effects in [`effects`](super).
 //!
 //! A line of the list gives the kind, the key under which a scene names the effect, the type of the
-//! value there and the [`Entry`]. A system frozen from the scene keeps the effect under the same
-//! key if the line says `frozen`, and in a list of its own otherwise.
+//! value there and the [`Entry`]. If the line says `frozen`, a frozen system keeps the effect under
+//! the same key. Otherwise the frozen system keeps it in a list.
 
 use super::{Effect, EffectKind};
 use crate::error::Violation;
@@ -25,7 +25,7 @@ pub enum EffectClass {
 }
 
 impl EffectClass {
-    /// The class of an effect, by what it offers.
+    /// The class of an effect, derived from what the effect offers.
     pub fn of(effect: &dyn Effect) -> Self {
         match (effect.split(), effect.has_jacobian()) {
             (Some(_), _) => Self::Springs,
@@ -102,7 +102,7 @@ macro_rules! effects {
         #[serde(rename_all = "snake_case")]
         pub enum EffectKind {
             $(#[doc = $doc] $Kind,)+
-            /// An effect that a user of this library wrote, with its name. No scene can name it.
+            /// An effect that a user of this library wrote, with its name. Scenes cannot name it.
             #[serde(skip)]
             Own(&'static str),
         }
@@ -111,8 +111,8 @@ macro_rules! effects {
             /// All kinds that a scene can name, in the order in which a system sums them.
             pub const ALL: &'static [Self] = &[$(Self::$Kind),+];
 
-            /// How a method sees its forces; `None` for an effect that a user wrote, whose class
-            /// follows from what it offers ([`EffectClass::of`]).
+            /// How a method sees the forces of this kind. `None` for an effect that a user wrote;
+            /// [`EffectClass::of`] derives its class.
             pub fn class(self) -> Option<EffectClass> {
                 match self {
                     $(Self::$Kind => Some(<$Entry as $crate::effects::registry::Entry>::CLASS),)+

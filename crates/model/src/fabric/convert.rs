@@ -10,10 +10,10 @@
 //! ```
 //!
 //! `C₁₁`, `C₂₂` and `G` are in N/m, `B₁` and `B₂` in N m. `C₁₁` is the tension per width over the
-//! strain while the other direction is held, as in a tester whose strip is wide. Each conversion
+//! strain while the other direction is held, as in a tester with a wide strip. Each conversion
 //! gives the elements of one cell of the mesh the energy `W` times the area of the cell. An element
-//! that two cells share gets the share of both, so an element at the border gets half. This makes
-//! the constants independent of the mesh.
+//! between two cells gets a share from both, so an element at the border gets half. This makes the
+//! constants independent of the mesh.
 //!
 //! # Tension and shear springs of a rectangular cell
 //!
@@ -45,37 +45,39 @@
 //! Σ q c⁴ = C₁₁      Σ q s⁴ = C₂₂      Σ q c² s² = G                                          (5)
 //! ```
 //!
-//! Three equations for three springs. If a `q` comes out negative, as where no edge runs along the
-//! weft, the triangle cannot be that sheet. Then `q = E(θ)`, Young's modulus of the sheet along the
-//! edge, with `C₁₂ = G`:
+//! These are three equations for three springs. If a `q` comes out negative, as in a triangle
+//! without an edge along the weft, no springs along the edges represent the sheet. The code then
+//! takes `q = E(θ)`, Young's modulus of the sheet along the edge, with `C₁₂ = G`:
 //!
 //! ```text
 //! 1/E(θ) = S₁₁ c⁴ + S₂₂ s⁴ + (2 S₁₂ + 1/G) c² s²                                             (6)
 //! S₁₁ = C₂₂/Δ    S₂₂ = C₁₁/Δ    S₁₂ = −G/Δ    Δ = C₁₁ C₂₂ − G²
 //! ```
 //!
-//! For an isotropic sheet (`C₁₁ = C₂₂ = 3 G`) `E(θ)` is the same in all directions, `E = 8 C₁₁/9`, and
-//! (6) is the rule `k = E A/ℓ²` of A. Van Gelder (1998, *Approximate simulation of elastic membranes
-//! by triangulated spring meshes*, Journal of Graphics Tools 3(2), 21–41,
-//! doi:10.1080/10867651.1998.10487490). It is exact on equilateral triangles. On others it keeps
-//! `C₁₁ + C₂₂ + 2 G`, which no turn of the axes changes. A mesh whose material has no directions takes
-//! this rule, so its shear rigidity is a third of its tension.
+//! For an isotropic sheet (`C₁₁ = C₂₂ = 3 G`) `E(θ)` is the same in all directions, `E = 8 C₁₁/9`,
+//! and (6) is the rule `k = E A/ℓ²` of A. Van Gelder (1998, *Approximate simulation of elastic
+//! membranes by triangulated spring meshes*, Journal of Graphics Tools 3(2), 21–41,
+//! doi:10.1080/10867651.1998.10487490). The rule is exact on equilateral triangles. On other
+//! triangles it keeps `C₁₁ + C₂₂ + 2 G`, which no rotation of the axes changes. A mesh whose
+//! material has no directions uses this rule, so its shear rigidity is a third of its tensile
+//! rigidity.
 //!
-//! For cloth, whose `G` is far below `C₁₁`, triangles serve only where they are halves of rectangles
-//! along warp and weft; there (5) is exact.
+//! For cloth, whose `G` is far below `C₁₁`, use triangles only if they are halves of rectangles
+//! along warp and weft. For these (5) is exact.
 //!
 //! # Bending by the angle along a row
 //!
-//! A row along the warp with spacing `a` bends by `δ = a κ₁` at each particle inside. The particle
+//! A row along the warp with spacing `a` bends by `δ = a κ₁` at each inner particle. The particle
 //! stands for the length `a` of a strip of width `b`:
 //!
 //! ```text
 //! ½ K δ² = ½ B₁ κ₁² a b                                   K = B₁ b/a                        (7)
 //! ```
 //!
-//! Rows at the border stand for half the width. A clamp holds two columns; the angle at the second
-//! stands for half an edge on either side, so the clamp is in the middle of the held edge. Such a
-//! sheet has no twist and no coupling of `κ₁` and `κ₂`: a strip is as stiff per width as a sheet.
+//! Rows at the border stand for half the width. A clamp holds two columns. The angle at the second
+//! column stands for half an edge on either side, so the clamp is in the middle of the held edge. A
+//! sheet with such angles has no twisting rigidity and no coupling of `κ₁` and `κ₂`: a strip is as
+//! stiff per width as a sheet.
 //!
 //! # Bending by springs that buckle
 //!
@@ -87,30 +89,31 @@
 //! (3 β/a²)(a δ²/4) = ½ B₁ b δ²/a                          β = ⅔ B₁ b                        (8)
 //! ```
 //!
-//! Two springs cover each piece of a row, which halves `β`; and an arc with the chord of a polygon
-//! has `¾` of its curvature squared. drape's polynomial gives 3.028 in place of 3, which
-//! [`Cell::buckling`] takes into account. Before it buckles, such a spring of compression stiffness
-//! `k` resists like `δ⁴`, so the row is limp below the curvature `κ_b` at which it buckles:
+//! Two springs cover each piece of a row, which halves `β`. The square of the curvature of an arc
+//! over the chord of a polygon is `¾` of the polygon's. drape's polynomial gives 3.028 in place of
+//! 3, which [`Cell::buckling`] takes into account. Before it buckles, such a spring of compression
+//! stiffness `k` resists like `δ⁴`, so the row is limp below the curvature `κ_b` at which it
+//! buckles:
 //!
 //! ```text
 //! k a δ²/4 = 3 β/a²     with δ = a κ_b                    k = 8 B₁ b/(a⁵ κ_b²)
 //! ```
 //!
-//! A scene's material takes `κ_b` = 5/m. This is not enough: the struts also stretch the tension
-//! springs, by the strain `2 B₁/(a² C₁₁)`, and push only where the turn has used that up. A row is limp
-//! below the curvature
+//! A scene's material takes `κ_b` = 5/m. This alone does not make a row stiff. The struts also
+//! stretch the tension springs, by the strain `2 B₁/(a² C₁₁)`, and push only after the turn exceeds
+//! this strain. A row is limp below the curvature
 //!
 //! ```text
 //! κ_m = 4 √(B₁/C₁₁)/a²
 //! ```
 //!
 //! which grows as the mesh is refined. Denim has `κ_m` = 5/m on cells of 2 cm and 22/m on cells of
-//! 1 cm. So this model suits coarse meshes of cloth that hardly stretches, and a strip of it does not
-//! converge to the cloth. The angles do.
+//! 1 cm. This model therefore suits coarse meshes of cloth that hardly stretches. A strip of it
+//! does not converge to the cloth under refinement; a strip with angles does.
 //!
-//! *Linear* bending springs have no rigidity at all. Their energy is `k (a δ²/4)²/2`, of fourth
+//! *Linear* bending springs have no bending rigidity. Their energy is `k (a δ²/4)²/2`, of fourth
 //! order in the turn, so a flat sheet of such springs bends freely. [`Cell::linear_spring`] matches
-//! the energy at one curvature and no other, and its `k` grows as `1/a⁵ · b`.
+//! the energy at one curvature only, and its `k` grows as `1/a⁵ · b`.
 //!
 //! # Bending by hinges
 //!
@@ -121,8 +124,8 @@
 //! W = ½ D [κ₁² + κ₂² + 2 ν κ₁ κ₂ + 2 (1 − ν) κ₁₂²]                                           (9)
 //! ```
 //!
-//! For the fold over an edge of length `ℓ` and direction `t` is `ℓ (3 κ_nn − κ_tt)/(2√3)`, and
-//! `W = (k/6) Σ (3 κ_nn − κ_tt)²` over the three directions.
+//! The reason: the fold over an edge of length `ℓ`, direction `t` and normal `n` is
+//! `ℓ (3 κ_nn − κ_tt)/(2√3)`, and `W = (k/6) Σ (3 κ_nn − κ_tt)²` over the three directions.
 //!
 //! A *sheet* that is bent to a cylinder has `κ₂ = 0` and the rigidity `D`. A narrow *strip* with
 //! free edges curls across to the same side, `κ₂ = −ν κ₁ = κ₁/3`, and has the rigidity `D (1 − ν²)`:
@@ -143,8 +146,8 @@
 //! The sign is that of the diagonal. A cylinder with `κ₁₂ = 0` has `3 k`. A narrow strip minimises
 //! (10) over `κ₂` and `κ₁₂`: `κ₁₂ = ∓κ₁/5`, `κ₂ = ∓κ₁₂`, and `12 k/5`. It twists while it bends.
 //!
-//! Measured on strips of 10 to 80 edges, nearly inextensible, as `H/W` of the
-//! cantilever over that of the inextensible strip (`tests/cantilever.rs` of the oracle):
+//! The tables below were measured on strips of 10 to 80 edges, nearly inextensible. They show `H/W`
+//! of the cantilever over that of the inextensible strip (`tests/cantilever.rs` of the oracle):
 //!
 //! | model | `Γ` | 10 | 20 | 40 | 80 | limit |
 //! |---|---|---|---|---|---|---|
@@ -153,16 +156,16 @@
 //! | hinges on a grid, 3 rows, `B/3` | 1 | 1.176 | 1.211 | 1.229 | 1.238 | 1.25 for small `Γ`, first order |
 //! | hinges on a grid, 3 rows, `B/3` | 8 | 1.097 | 1.144 | 1.160 | 1.171 | 1.21 |
 //!
-//! Equilateral triangles in 3 rows with `3 B/8` reach 0.944, 0.994, 0.998 and 0.999 of it at `Γ` = 1
-//! on 10, 20, 30 and 60 edges, and 0.876, 0.921, 0.943 and 0.986 at `Γ` = 8. In a strip that bends far
-//! the membrane resists the curling across, so a wide strip of `B/3` is nearer to a sheet: 0.981 in 25
-//! rows at `Γ` = 8.
+//! Equilateral triangles in 3 rows with `3 B/8` reach 0.944, 0.994, 0.998 and 0.999 of that value
+//! at `Γ` = 1 on 10, 20, 30 and 60 edges, and 0.876, 0.921, 0.943 and 0.986 at `Γ` = 8. In a strip
+//! that bends far, the membrane resists the curling across. A wide strip of `B/3` is therefore
+//! nearer to a sheet: 0.981 in 25 rows at `Γ` = 8.
 //!
-//! A real cloth shows hardly any such curling: warp and weft bend by themselves. So a rigidity from
-//! a cantilever and one from a pure bending tester are nearly one number, and the factor is a
-//! matter of what is *simulated*: `B/3` for cloth that folds in cylinders, the strip's factor to
-//! reproduce a cantilever with a narrow strip of triangles. In between the rigidity depends on the
-//! width: the difference is up to 12.5 %.
+//! A real cloth shows hardly any such curling: warp and weft bend by themselves. A cantilever and a
+//! pure bending tester therefore measure nearly the same rigidity, and the factor depends on the
+//! *simulated* specimen. Use `B/3` for cloth that folds in cylinders, and the strip's factor to
+//! reproduce a cantilever with a narrow strip of triangles. Between a wide sheet and a narrow strip
+//! the rigidity depends on the width, by up to 12.5 %.
 //!
 //! If warp and weft differ, a hinge bends across its edge. With `θ` the angle of that direction
 //! to the warp, its rigidity is
@@ -204,7 +207,7 @@ pub enum HingeFit {
 }
 
 impl HingeFit {
-    /// Stiffness `k` of the law of hinges over the bending rigidity `B`.
+    /// The ratio `k/B` of a hinge's stiffness to the bending rigidity.
     pub fn factor(self) -> f64 {
         match self {
             Self::Sheet => 1.0 / 3.0,
@@ -223,9 +226,9 @@ impl Cell {
         self.warp_m * self.weft_m
     }
 
-    /// Stiffness, N/m, of a spring along an edge for the share of this cell, (3): along the warp,
-    /// along the weft. `shear` is the rigidity that diagonal springs carry, N/m; 0 without them.
-    /// A negative stiffness says that the diagonals alone are stiffer than the sheet.
+    /// Stiffness of a spring along the warp and along the weft for the share of this cell, N/m,
+    /// (3). `shear` is the rigidity that diagonal springs carry, N/m; 0 without them. A negative
+    /// stiffness means that the diagonals alone are stiffer than the sheet.
     pub fn tension(self, tension: Woven, shear: f64) -> Woven {
         let ratio = self.warp_m / self.weft_m;
         Woven {
@@ -245,8 +248,8 @@ impl Cell {
         0.25 * shear * self.area()
     }
 
-    /// Stiffness of an angle of a row along the warp and along the weft, N m, for the share of this
-    /// cell: half of (7).
+    /// Stiffness of an angle of a row along the warp and along the weft for the share of this cell,
+    /// N m: half of (7).
     pub fn bending_angle(self, bending: Woven) -> Woven {
         let ratio = self.warp_m / self.weft_m;
         Woven { warp: 0.5 * bending.warp / ratio, weft: 0.5 * bending.weft * ratio }
@@ -269,7 +272,7 @@ impl Cell {
     }
 
     /// Stiffness, N/m, of a linear bending spring whose energy is the sheet's at this curvature
-    /// (1/m), for the share of this cell. At other curvatures it is not.
+    /// (1/m), for the share of this cell. At other curvatures the energies differ.
     pub fn linear_spring(self, bending: Woven, curvature: f64) -> Woven {
         let stiffness = |b: f64, along: f64, across: f64| {
             8.0 * b * across / (along.powi(5) * curvature * curvature)
@@ -281,13 +284,15 @@ impl Cell {
     }
 }
 
-/// Bending rigidity, N m, along a direction whose squared cosine to the warp is given, (11).
+/// Bending rigidity along a direction, N m, (11). `squared_cosine` is `cos² θ` of the angle to the
+/// warp.
 pub fn bending_along(bending: Woven, squared_cosine: f64) -> f64 {
     let root = bending.warp.sqrt() * squared_cosine + bending.weft.sqrt() * (1.0 - squared_cosine);
     root * root
 }
 
-/// Young's modulus, N/m, along a direction whose squared cosine to the warp is given, (6).
+/// Young's modulus along a direction, N/m, (6). `squared_cosine` is `cos² θ` of the angle to the
+/// warp.
 pub fn tension_along(tension: Woven, shear: f64, squared_cosine: f64) -> f64 {
     let (c, s) = (squared_cosine, 1.0 - squared_cosine);
     let determinant = tension.warp * tension.weft - shear * shear;
@@ -311,17 +316,17 @@ fn edges(corners: [[f64; 2]; 3]) -> Option<([f64; 3], [f64; 3], f64)> {
     (area > 1e-12 * longest).then_some((squares, cosines, area))
 }
 
-/// Stiffness, N/m, of the springs along the edges of a triangle of an isotropic sheet with the
-/// tensile rigidity `C₁₁`, for its share: Van Gelder's rule. Edge `i` is opposite corner `i`. `None`
-/// if the triangle has no area.
+/// Stiffness of the springs along the edges of a triangle, for its share of an isotropic sheet,
+/// N/m, by Van Gelder's rule. `tension` is the tensile rigidity `C₁₁`, N/m. Edge `i` is opposite
+/// corner `i`. `None` if the triangle has no area.
 pub fn isotropic_springs(corners: [[f64; 2]; 3], tension: f64) -> Option<[f64; 3]> {
     let (squares, _, area) = edges(corners)?;
     Some(squares.map(|square| 8.0 / 9.0 * tension * area / square))
 }
 
-/// Stiffness, N/m, of the springs along the edges of a triangle for its share, (5) or (6). Edge `i`
-/// is opposite corner `i`; corners are along warp and weft, m. `None` if the sheet has
-/// `C₁₁ C₂₂ ≤ G²`, or the triangle no area.
+/// Stiffness of the springs along the edges of a triangle, for its share of the sheet, N/m, (5) or
+/// (6). Edge `i` is opposite corner `i`; corners are along warp and weft, m. `None` if
+/// `C₁₁ C₂₂ ≤ G²`, or if the triangle has no area.
 pub fn triangle_springs(corners: [[f64; 2]; 3], tension: Woven, shear: f64) -> Option<[f64; 3]> {
     let (squares, cosines, area) = edges(corners)?;
     if tension.warp * tension.weft <= shear * shear {

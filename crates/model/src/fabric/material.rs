@@ -20,7 +20,7 @@ const MAX_RETARDATION: f64 = 1e6;
 /// Most bytes of a file with a material or a table of materials.
 const MAX_FILE: u64 = 16 << 20;
 
-/// A constant along warp and along weft.
+/// A constant with one value along the warp and one along the weft.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Woven {
@@ -33,7 +33,7 @@ pub struct Woven {
 }
 
 impl Woven {
-    /// The same along warp and weft.
+    /// The same value along warp and weft.
     pub fn even(value: f64) -> Self {
         Self { warp: value, weft: value }
     }
@@ -58,10 +58,10 @@ pub struct Material {
     pub format: String,
     /// Short name.
     pub name: String,
-    /// The cloth, and the publication of its numbers.
+    /// The cloth, and the publication that gives its numbers.
     #[serde(default)]
     pub source: String,
-    /// Keys whose values the source does not state.
+    /// Keys whose values drape assumed because the source does not state them.
     #[serde(default)]
     pub assumed: Vec<String>,
     /// Mass over area, kg/m².
@@ -74,8 +74,8 @@ pub struct Material {
     pub shear_n_per_m: f64,
     /// Bending rigidity: moment per width over curvature, N m.
     pub bending_n_m: Woven,
-    /// Damping over stiffness of the springs, s: every spring is a Kelvin–Voigt element with this
-    /// retardation time. Without it there is no damping.
+    /// Retardation time `τ` of the springs, s. Every spring is a Kelvin–Voigt element whose damping
+    /// is `τ` times its stiffness. Without this key there is no damping.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_RETARDATION))]
     pub retardation_s: f64,
@@ -97,16 +97,17 @@ impl Material {
         MATERIALS.iter().map(|(name, _)| *name)
     }
 
-    /// The JSON text of a bundled material.
+    /// The JSON text of a bundled material; `None` for an unknown name.
     pub fn text(name: &str) -> Option<&'static str> {
         MATERIALS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// A bundled material by name, or one from a file: JSON of format "drape-material/1".
+    /// Loads a bundled material by name, or a material from a file in the JSON format
+    /// "drape-material/1".
     ///
     /// # Errors
-    /// A [`Violation`] at `of`: an unknown name, an unreadable file, a broken text; or at the key of
-    /// the material that is out of range.
+    /// A [`Violation`] whose path is `of` if the name is unknown, the file cannot be read, or its
+    /// text is broken. A [`Violation`] at the key of the material if a value is out of range.
     ///
     /// ```
     /// let denim = drape_model::fabric::Material::load("denim")?;
@@ -125,10 +126,10 @@ impl Material {
         }
     }
 
-    /// Reads a material from JSON text. Messages call the key that led to it `path`.
+    /// Reads a material from JSON text. In messages, `path` stands for the key that named the text.
     ///
     /// # Errors
-    /// A [`Violation`]: the place in the text, what was found, what was expected.
+    /// A [`Violation`]: the place in the text, the value found and the expected values.
     pub fn parse(text: &str, path: &str) -> Result<Self, Violation> {
         let mut json = serde_json::Deserializer::from_str(text);
         let outcome: Result<Self, _> = serde_path_to_error::deserialize(Strict(&mut json));
@@ -218,22 +219,23 @@ pub enum BendingModel {
     Buckling,
 }
 
-/// Where a cloth has its warp.
+/// Which direction of a cloth is its warp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Directions {
     /// Along the rows of a grid; along the first texture coordinate of a mesh.
     #[default]
     Woven,
-    /// Nowhere: the cloth takes the mean of warp and weft in all directions.
+    /// No direction. The cloth takes the mean of warp and weft in all directions.
     Mean,
 }
 
 /// The material of a scene's cloth: the name of a bundled one, or an object with these keys. Keys
-/// with constants replace those of the material that `of` names. Without `of` all are needed.
+/// with constants replace those of the material that `of` names. Without `of` all constants are
+/// required.
 ///
 /// The material gives the mass, and the effects tension, shear and bending of the cloth. An effect
-/// that the scene names itself takes the place of the material's.
+/// that the scene names replaces the material's effect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct MaterialChoice {
@@ -275,13 +277,13 @@ pub struct MaterialChoice {
     /// Where the cloth has its warp.
     #[serde(default, skip_serializing_if = "is_default")]
     pub directions: Directions,
-    /// What `of` names, once a file is read; its default before.
+    /// The content of the file that `of` names, once it is read; the default before.
     #[serde(skip)]
     #[schemars(skip)]
     pub base: Loaded,
 }
 
-/// Content of a file that a [`MaterialChoice`] names.
+/// Content of the file that a [`MaterialChoice`] names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loaded(Option<Arc<table::Base>>);
 
@@ -336,12 +338,12 @@ impl<'de> Visitor<'de> for ChoiceVisitor {
 }
 
 impl MaterialChoice {
-    /// A bundled material by name, or a file by path.
+    /// A choice by `of`: the name of a bundled material, or the path of a file.
     pub fn named(of: &str) -> Self {
         Self { of: Some(of.to_owned()), ..Self::default() }
     }
 
-    /// These constants.
+    /// A choice that gives all constants of `material`.
     pub fn given(material: &Material) -> Self {
         Self {
             areal_density_kg_m2: Some(material.areal_density_kg_m2),
@@ -378,11 +380,11 @@ impl MaterialChoice {
         Ok(())
     }
 
-    /// All constants.
+    /// All constants of the chosen material.
     ///
     /// # Errors
-    /// A [`Violation`]: a constant that is missing or out of range, a name that is unknown, a file
-    /// that was not read.
+    /// A [`Violation`] if a constant is missing or out of range, if a name is unknown, or if the
+    /// file was not read.
     pub fn resolve(&self) -> Result<Material, Violation> {
         let bundled = match &self.of {
             Some(of) if self.base.0.is_none() => {

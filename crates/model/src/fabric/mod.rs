@@ -1,5 +1,5 @@
-//! Cloth in units that people have: rigidities per width, from measured materials, in place of
-//! stiffnesses of springs.
+//! Cloth in textile units: rigidities per width, from measured materials, in place of stiffnesses
+//! of springs.
 //!
 //! A scene names a material, and drape converts its constants for the cloth's mesh:
 //!
@@ -20,7 +20,7 @@
 //! | `τ` | retardation time of springs | `retardation_s` | s | – |
 //!
 //! [`units`] turns the readings of testers into these. [`convert`] derives the stiffness of each
-//! spring, angle and hinge, and says what each model cannot do.
+//! spring, angle and hinge, and states the limits of each model.
 //!
 //! # What the material gives
 //!
@@ -38,15 +38,15 @@
 //!
 //! The warp of a grid is its x. The warp of a mesh is the direction in which the first texture
 //! coordinate (`vt`) grows. A mesh without texture coordinates has no directions;
-//! `"directions": "mean"` then takes the mean of warp and weft. A spring's damping is `τ k`, the
-//! same strain rate everywhere gives the same damping stress on every mesh.
+//! `"directions": "mean"` then takes the mean of warp and weft. A spring's damping is `τ k`, so the
+//! same strain rate gives the same damping stress on every mesh.
 //!
 //! # The bundled materials
 //!
-//! Five of the ten cloths that Wang, O'Brien and Ramamoorthi measured (2011, *Data-driven elastic
-//! models for cloth: modeling and measurement*, ACM Transactions on Graphics 30(4), 71,
-//! doi:10.1145/2010324.1964966). Their model has a table of stiffnesses over strain and curvature; a
-//! material has one constant each:
+//! They are five of the ten cloths that Wang, O'Brien and Ramamoorthi measured (2011, *Data-driven
+//! elastic models for cloth: modeling and measurement*, ACM Transactions on Graphics 30(4), 71,
+//! doi:10.1145/2010324.1964966). Their model has a table of stiffnesses over strain and curvature;
+//! a material has one constant for each:
 //!
 //! | constant | from their table |
 //! |---|---|
@@ -54,12 +54,13 @@
 //! | shear | `c₃₃/2` at zero strain: their shear stress is `c₃₃` times the tensor's component `γ/2` |
 //! | bending | the median over the five curvatures of the rows for 0° and 90° |
 //!
-//! Assumed are which row of bending is the warp's, and the retardation time, which was not
-//! measured. Poisson's coupling `c₁₂` is left out: springs have `C₁₂ = G`. The linear constants
-//! hold at small loads; a cloth that is stretched by several percent is stiffer.
+//! Two things are assumed: which row of bending belongs to the warp, and the retardation time,
+//! which was not measured. Poisson's coupling `c₁₂` is left out, because springs have `C₁₂ = G`.
+//! The linear constants hold at small loads; a cloth that is stretched by several percent is
+//! stiffer.
 //!
-//! Their drape coefficients (30 cm on 18 cm, [`Disc`] with hinges, rest positions on 16, 24, 32, 40
-//! and 48 squares across, from two starts; `tests/drape.rs` of the oracle):
+//! The table shows their drape coefficients (30 cm on 18 cm, [`Disc`] with hinges, rest positions
+//! on 16, 24, 32, 40 and 48 squares across, from two starts; `tests/drape.rs` of the oracle):
 //!
 //! | material | least | greatest | published band of its class |
 //! |---|---|---|---|
@@ -70,7 +71,8 @@
 //! | `ponte` | 0.57 | 0.67 | – |
 //!
 //! The trousers' cloth lies far above the band of cottons: its published rigidity, 0.2 mN m at
-//! 0.22 kg/m², is that of a stiff twill. Starts end in different folds, and both count as spread.
+//! 0.22 kg/m², is typical of a stiff twill. The two starts end in different folds; the range
+//! includes both.
 //!
 //! # For studies
 //!

@@ -14,8 +14,8 @@ const SNAP: f64 = 0.3;
 /// A strip that is clamped at one end and hangs under its weight: the cantilever test (Peirce 1930;
 /// BS 3356; ASTM D1388). Its warp is along the strip.
 ///
-/// Two columns of particles are held. The clamp is the middle between them, where `x = 0`: there
-/// the angles and hinges at the second column begin to stand for cloth. The free end is at
+/// Two columns of particles are held. The clamp is in the middle between them, at `x = 0`. From
+/// there on, the angles and hinges at the second column stand for cloth. The free end is at
 /// `x = length`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strip {
@@ -23,11 +23,12 @@ pub struct Strip {
     pub length_m: f64,
     /// Width, m.
     pub width_m: f64,
-    /// Number of edges along the free length; half of one more is behind the clamp.
+    /// Number of edges along the strip. Half of the first edge is behind the clamp, so the free
+    /// length is `segments − ½` edges.
     pub segments: u32,
     /// Number of particles across, at least 2.
     pub rows: u32,
-    /// Its material.
+    /// Material of the strip.
     pub material: MaterialChoice,
 }
 
@@ -37,7 +38,8 @@ impl Strip {
         self.length_m / (f64::from(self.segments) - 0.5)
     }
 
-    /// The scene: horizontal, along x from the clamp at 0, particle `row · columns + column`.
+    /// The scene of the test. The strip is horizontal, along x from the clamp at 0, and has
+    /// particle `row · columns + column`.
     pub fn scene(&self) -> Scene {
         let h = self.spacing_m();
         let columns = self.segments.saturating_add(1);
@@ -55,7 +57,7 @@ impl Strip {
         Scene { pins, ..scene("cantilever", self.material.clone(), Cloth::Grid(grid)) }
     }
 
-    /// `Γ = ρ g L³/B`, which alone says how far an inextensible strip bends.
+    /// `Γ = ρ g L³/B`. It alone determines how far an inextensible strip bends.
     ///
     /// # Errors
     /// As [`MaterialChoice::resolve`].
@@ -70,8 +72,6 @@ impl Strip {
 /// [`projected_area`](crate::projected_area) and [`drape_coefficient`](crate::drape_coefficient) on
 /// the state at rest.
 ///
-/// The mesh consists of squares along warp and weft. Squares at the border and at the edge of the
-/// support are bent to the circles.
 /// The particles on the inner disc are held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disc {
@@ -81,9 +81,9 @@ pub struct Disc {
     pub support_m: f64,
     /// Number of squares across the diameter, at least 4.
     pub cells: u32,
-    /// Angle of the warp to the x axis, degrees: the mesh is turned, not the outline.
+    /// Angle between the warp and the x axis, degrees. The mesh is rotated, but the outline is not.
     pub warp_deg: f64,
-    /// Its material.
+    /// Material of the cloth.
     pub material: MaterialChoice,
 }
 
@@ -154,10 +154,12 @@ impl Disc {
         text
     }
 
-    /// The scene: horizontal at `z = 0` with gravity and the held particles; released flat.
+    /// The scene of the test. The cloth starts flat and horizontal at `z = 0`, with gravity and the
+    /// held particles.
     ///
     /// # Errors
-    /// A mesh that is refused, as one whose border squares lose their area.
+    /// A [`Violation`] if the mesh is refused, for example because squares at the border lose their
+    /// area.
     pub fn scene(&self) -> Result<Scene, Violation> {
         let mut mesh = MeshCloth::of_file("disc.obj");
         mesh.read(self.obj().as_bytes())?;

@@ -2,8 +2,8 @@
 //! and H. Wang (2022, *Learning-based bending stiffness parameter estimation by a drape tester*, ACM
 //! Transactions on Graphics 41(6), 221, doi:10.1145/3550454.3555464).
 //!
-//! drape does not ship that table: it has no licence. The reader takes it from the user's disk. Its
-//! first line names the columns, with their units in brackets:
+//! drape does not ship that table: it has no licence. [`Table::load`] reads it from the user's
+//! disk. The first line names the columns, with their units in brackets:
 //!
 //! | column | meaning | here |
 //! |---|---|---|
@@ -11,9 +11,9 @@
 //! | `linear warp[SI*1e9]`, `weft`, `diag` | bending rigidity at small curvature | times 1e-9: N m |
 //! | `nonlinear warp[SI*1e12]`, `weft`, `diag` | its change with the curvature | not used |
 //!
-//! The columns may stand in any order, and others are skipped. The table says nothing about tension
-//! and shear: a scene gives both beside it. The nonlinear terms let rigidities fall as the
-//! curvature grows; the number of their dimension is not stated, so drape leaves them out.
+//! The columns may stand in any order, and others are skipped. The table has no tension or shear,
+//! so a scene must give both. The nonlinear terms let rigidities fall as the curvature grows. Their
+//! unit is not stated, so drape leaves them out.
 
 use super::material::read_within;
 use super::{Material, Woven};
@@ -35,8 +35,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// This fabric with all that a table does not have, tension, shear and retardation, from
-    /// another material. Those keys are `assumed`, and `source` says whose they are.
+    /// A material with the density and the bending rigidities of this fabric. Tension, shear and
+    /// retardation come from `like`: their keys are listed in `assumed`, and `source` names that
+    /// material.
     pub fn material(&self, name: &str, source: &str, like: &Material) -> Material {
         Material {
             name: name.to_owned(),
@@ -55,10 +56,10 @@ impl Row {
     }
 }
 
-/// A table of fabrics.
+/// A table of fabrics, as read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Its rows.
+    /// The fabrics, in the order of the file.
     pub rows: Vec<Row>,
 }
 
@@ -85,13 +86,13 @@ impl Table {
     /// Reads a table from a file. Messages name the file.
     ///
     /// # Errors
-    /// A file that cannot be read or is too long, or as [`parse`](Self::parse).
+    /// A [`Violation`] if the file cannot be read or is too long, or as in [`parse`](Self::parse).
     pub fn load(file: &str) -> Result<Self, Violation> {
         let expected = "a table of fabrics (CSV) of at most 16 MiB";
         Self::parse(&read_within(file, None, "table", expected)?, file)
     }
 
-    /// Reads a table from its text. Messages call the key that led to it `path`.
+    /// Reads a table from its text. In messages, `path` stands for the key that named the text.
     ///
     /// # Errors
     /// The first [`Violation`], with the number of the line.
@@ -155,7 +156,7 @@ impl Table {
         })
     }
 
-    /// A row, from 1.
+    /// The fabric of a row, counted from 1.
     ///
     /// # Errors
     /// A [`Violation`] at `path` if there is no such row.

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 /// A strip of equilateral triangles that is clamped at one end: the cantilever test for hinges.
 ///
 /// The rows of particles run along the strip; both ends are straight, so every second row has a
-/// shorter edge there. The clamp is at `x = 0`, in the middle of the held triangles; the free end
-/// is at `x = length`.
+/// shorter edge at each end. The clamp is at `x = 0`, in the middle of the held triangles; the free
+/// end is at `x = length`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleStrip {
     /// Free length, m.
@@ -18,8 +18,8 @@ pub struct TriangleStrip {
     pub segments: u32,
     /// Number of rows of particles across, at least 2.
     pub rows: u32,
-    /// Its material. The mesh has no directions: it takes the mean of warp and weft, and shear by
-    /// its edges.
+    /// Material of the strip. The mesh has no directions, so it takes the mean of warp and weft.
+    /// Its edges resist shear.
     pub material: MaterialChoice,
 }
 
@@ -75,10 +75,10 @@ impl TriangleStrip {
         text
     }
 
-    /// The scene: horizontal, along x from the clamp at 0.
+    /// The scene of the test. The strip is horizontal, along x from the clamp at 0.
     ///
     /// # Errors
-    /// A mesh that is refused.
+    /// A [`Violation`] if the mesh is refused.
     pub fn scene(&self) -> Result<Scene, Violation> {
         let mut mesh = MeshCloth::of_file("strip.obj");
         mesh.read(self.obj().as_bytes())?;
@@ -95,7 +95,7 @@ impl TriangleStrip {
         Ok(Scene { pins: vec![held], ..scene })
     }
 
-    /// `Γ = ρ g L³/B` with the mean of the bending rigidities.
+    /// `Γ = ρ g L³/B`, where `B` is the mean of the bending rigidities.
     ///
     /// # Errors
     /// As [`MaterialChoice::resolve`].

@@ -10,8 +10,8 @@
 //! | FAST-3 | bias extension `EB5` at 5 gf/cm | % | [`shear_of_fast`], N/m |
 //!
 //! KES is Kawabata's system (S. Kawabata, 1980, *The Standardization and Analysis of Hand
-//! Evaluation*, 2nd ed., Textile Machinery Society of Japan). FAST is that of CSIRO (A. De Boos and
-//! D. Tester, 1994, *SiroFAST*, report WT92.02, ISBN 0 643 06025 1).
+//! Evaluation*, 2nd ed., Textile Machinery Society of Japan). FAST is the system of CSIRO (A. De
+//! Boos and D. Tester, 1994, *SiroFAST*, report WT92.02, ISBN 0 643 06025 1).
 //!
 //! All rigidities are per width. A tension of 1 gf/cm is 0.980665 N/m.
 
@@ -42,16 +42,17 @@ pub fn shear_of_kes(gf_per_cm_degree: f64) -> f64 {
 }
 
 /// Secant tensile rigidity, N/m, of the extension `EMT` (%) at 500 gf/cm. Cloth stiffens as it is
-/// stretched: at the loads of its own weight it gives way more than the secant says.
+/// stretched, so under its own weight it is softer than the secant.
 pub fn tension_of_kes(emt_percent: f64) -> f64 {
     500.0 * GRAM_FORCE_PER_CM / (0.01 * emt_percent)
 }
 
 /// Bending rigidity, N m, of a bending length (m) and an areal density (kg/m²): `B = ρ g c³`.
 ///
-/// Peirce's bending length is half of the length at which a strip that hangs over an edge makes
-/// the chord angle of 41.5°; there `ρ g L³/B = 8` (F. T. Peirce, 1930, *The "handle" of cloth as a
-/// measurable quantity*, Journal of the Textile Institute 21, T377, doi:10.1080/19447023008661529).
+/// Peirce's bending length is half of the length at which a strip that hangs over an edge has a
+/// chord angle of 41.5°. At that length `ρ g L³/B = 8` (F. T. Peirce, 1930, *The "handle" of cloth
+/// as a measurable quantity*, Journal of the Textile Institute 21, T377,
+/// doi:10.1080/19447023008661529).
 ///
 /// ```
 /// let b = drape_model::fabric::units::bending_of_length(0.02, 0.2);

@@ -1,10 +1,10 @@
 //! Reading the polygons of a Wavefront OBJ file, line by line and within fixed bounds of memory.
 //!
-//! The reader takes `v`, `f`, `g` and `o`, and `vt`, which says where the warp is. It skips normals,
-//! materials, smoothing, lines and points (`vn`, `usemtl`, `mtllib`, `s`, `l`, `p`), which say
-//! nothing about a cloth, and refuses everything else. A texture that makes no sense is refused only
-//! where it is needed. The vertices keep the file's order, also across groups, so a seam that
-//! two groups share stays one seam.
+//! The reader takes `v`, `f`, `g` and `o`, and `vt`, which says where the warp is. It skips
+//! normals, materials, smoothing, lines and points (`vn`, `usemtl`, `mtllib`, `s`, `l`, `p`), which
+//! do not describe the cloth, and refuses everything else. It refuses a broken texture coordinate
+//! only if the coordinate is needed. The vertices keep the file's order, also across groups, so a
+//! seam that two groups share stays one seam.
 
 use crate::bounds::number;
 use crate::bounds::{MAX_COORDINATE, MAX_PARTICLES};

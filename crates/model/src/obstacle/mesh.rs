@@ -17,9 +17,9 @@ pub(crate) const MAX_TRIANGLES: usize = 1_000_000;
 pub(super) const ON_THE_SURFACE: f64 = 1e-9;
 
 /// A closed, consistently oriented triangle mesh: seen from outside, corners run counter-clockwise.
-/// It may have several connected parts: solids side by side, and walls of cavities in them, whose
-/// corners run clockwise as seen from the solid's outside. Parts must not cut themselves or each
-/// other; that is not checked.
+/// It may have several connected parts: separate solids, and walls of cavities in them. Corners of
+/// such a wall run clockwise as seen from outside the solid. Parts must not intersect themselves or
+/// each other; this is not checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedMesh {
     vertices: Vec<Vec3>,
@@ -31,7 +31,7 @@ pub struct ClosedMesh {
     /// Normals of the vertices. Not of unit length.
     corners: Vec<Vec3>,
     tree: Tree,
-    /// [`ON_THE_SURFACE`] in m.
+    /// [`ON_THE_SURFACE`] times the size of the mesh, m.
     near: f64,
 }
 

@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// The surface of an obstacle. The solid lies where the signed distance is negative.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// Half-space below the plane through `point` with unit `normal`.
+    /// Half-space below the plane through `point` with unit normal `normal`.
     Plane {
         /// A point of the plane, m.
         point: Vec3,
@@ -45,7 +45,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Its name in a file.
+    /// Name of the shape in a file.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Plane { .. } => "plane",
@@ -59,13 +59,13 @@ impl Shape {
 /// A rigid obstacle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Its surface at the start.
+    /// Surface at time 0.
     pub shape: Shape,
     /// Coefficient of restitution in [0, 1]: normal speed after over normal speed before.
     pub restitution: f64,
     /// Coefficient of Coulomb friction, at least 0.
     pub friction: f64,
-    /// Its path, if it moves.
+    /// Path, if the obstacle moves.
     pub path: Option<Path>,
 }
 
@@ -76,24 +76,25 @@ impl From<Shape> for Obstacle {
     }
 }
 
-/// When a contact becomes active.
+/// When a contact between a particle and an obstacle becomes active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Detection {
-    /// If the particle lies inside the obstacle, `φ(x_n) < 0` (EEH section 6).
+    /// When the particle is inside the obstacle: `φ(x_n) < 0` (EEH section 6).
     #[default]
     Penetration,
-    /// If it would lie inside after a step at its present velocity, `φ(x_n) + h n·v_n < 0`.
+    /// When the particle would be inside after a step at its present velocity:
+    /// `φ(x_n) + h n·v_n < 0`.
     Speculative,
 }
 
 impl Obstacle {
-    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, for the
-    /// obstacle at its place at the start. After a displacement `d`, its [`offset`](Self::offset),
-    /// pass `x − d`.
+    /// Signed distance `φ`, m (negative inside), and outward unit normal `∇φ` at `x`, with the
+    /// obstacle at its starting place. For an obstacle displaced by `d`, its
+    /// [`offset`](Self::offset), pass `x − d`.
     ///
-    /// Where the normal is not unique (centre of a ball, the ridges inside a box) one of the
-    /// candidates is returned, upward (+z) first.
+    /// Where the normal is not unique (the centre of a ball, the ridges inside a box), the function
+    /// returns one of the candidates; it prefers the upward one (+z).
     ///
     /// ```
     /// use drape_model::{Obstacle, Shape, Vec3};
@@ -114,9 +115,9 @@ impl Obstacle {
         }
     }
 
-    /// Its least extent, m; infinite for a plane, which has no other side. A particle that moves
-    /// farther in a step may pass through it unseen. A mesh is at most as thick as its bounding
-    /// box.
+    /// Least extent of the obstacle, m; infinite for a plane, which has no other side. A particle
+    /// that moves farther in one step may pass through the obstacle undetected. For a mesh this is
+    /// the least extent of its bounding box, an upper bound.
     pub fn thickness(&self) -> f64 {
         match &self.shape {
             Shape::Plane { .. } => f64::INFINITY,
@@ -129,7 +130,8 @@ impl Obstacle {
         }
     }
 
-    /// Centre and radius, m, of a ball around it at its place at the start; `None` for a plane.
+    /// Centre and radius, m, of a ball around the obstacle at its starting place; `None` for a
+    /// plane.
     pub fn bounding_ball(&self) -> Option<(Vec3, f64)> {
         match &self.shape {
             Shape::Plane { .. } => None,
@@ -142,13 +144,13 @@ impl Obstacle {
         }
     }
 
-    /// Displacement from its place at the start at `t` seconds, m; 0 without a path.
+    /// Displacement from the starting place at `t` seconds, m; 0 without a path.
     pub fn offset(&self, t: f64) -> Vec3 {
         self.path.as_ref().map_or(Vec3::zeros(), |path| path.offset(t))
     }
 
-    /// [`distance`](Self::distance) if it may be below `reach`, m. A mesh first looks at its
-    /// bounding box, because its distance is costly.
+    /// [`distance`](Self::distance), or `None` if a quick test shows that it is at least `reach`,
+    /// m. Only a mesh, whose distance is costly, is tested, by its bounding box.
     pub fn distance_within(&self, x: &Vec3, reach: f64) -> Option<(f64, Vec3)> {
         match &self.shape {
             Shape::Mesh(mesh) if !mesh.is_near(x, reach) => None,

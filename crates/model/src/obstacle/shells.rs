@@ -1,8 +1,8 @@
 //! The connected parts of a closed mesh: surfaces of solids, and walls of cavities in them.
 //!
-//! The nearest triangle tells on which side a point lies. That is right only if surfaces of solids
-//! and walls of cavities alternate on the way in from infinity. A part turned outward must lie
-//! outside all solids, a part turned inward inside one.
+//! The nearest triangle tells on which side a point lies. This is correct only if surfaces of
+//! solids and walls of cavities alternate on the way in from infinity. A part turned outward must
+//! lie outside all solids, and a part turned inward must lie inside one.
 
 use super::mesh::{ON_THE_SURFACE, nearest_on_triangle};
 use crate::Vec3;

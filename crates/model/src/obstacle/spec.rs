@@ -29,11 +29,12 @@ macro_rules! obstacles {
                     #[serde(default)]
                     #[schemars(range(min = 0.0, max = 1.0))]
                     restitution: f64,
-                    /// Coefficient of Coulomb friction; 0, none, if absent.
+                    /// Coefficient of Coulomb friction; 0 if absent.
                     #[serde(default, skip_serializing_if = "is_zero")]
                     #[schemars(range(min = 0.0, max = MAX_FRICTION))]
                     friction: f64,
-                    /// Its path from its place at the start. Without keyframes it rests.
+                    /// Path, as displacements from the starting place. Without keyframes the
+                    /// obstacle rests.
                     #[serde(default, skip_serializing_if = "Vec::is_empty")]
                     #[schemars(length(max = MAX_KEYFRAMES))]
                     path: Vec<KeyframeSpec>,
@@ -60,7 +61,7 @@ obstacles! {
         /// A point of the plane, m.
         #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         point_m: [f64; 3],
-        /// Outward normal; any length but 0.
+        /// Outward normal; any vector but 0.
         #[schemars(inner(range(min = -MAX_COORDINATE, max = MAX_COORDINATE)))]
         normal: [f64; 3],
     }
@@ -94,19 +95,20 @@ obstacles! {
 }
 
 impl ObstacleSpec {
-    /// A plane at rest, without friction: a point, m, its outward normal, and the coefficient of
-    /// restitution.
+    /// A plane at rest, without friction, given by a point, m, an outward normal and a coefficient
+    /// of restitution.
     pub const fn plane(point_m: [f64; 3], normal: [f64; 3], restitution: f64) -> Self {
         Self::Plane { point_m, normal, restitution, friction: 0.0, path: Vec::new() }
     }
 
-    /// A box at rest, without friction: centre and edge lengths, m, and the coefficient of
+    /// A box at rest, without friction, given by centre and edge lengths, m, and a coefficient of
     /// restitution.
     pub const fn cuboid(center_m: [f64; 3], size_m: [f64; 3], restitution: f64) -> Self {
         Self::Box { center_m, size_m, restitution, friction: 0.0, path: Vec::new() }
     }
 
-    /// A ball at rest, without friction: centre and radius, m, and the coefficient of restitution.
+    /// A ball at rest, without friction, given by centre and radius, m, and a coefficient of
+    /// restitution.
     pub const fn sphere(center_m: [f64; 3], radius_m: f64, restitution: f64) -> Self {
         Self::Sphere { center_m, radius_m, restitution, friction: 0.0, path: Vec::new() }
     }

@@ -26,7 +26,7 @@ fn above(plane: ObstacleSpec, x: Vec3, v: Vec3) -> (System, State) {
     build(&spec)
 }
 
-/// A dropped particle never gains energy. It comes to rest with a restitution below 1, and with
+/// A dropped particle never gains energy. With a restitution below 1 it comes to rest; with
 /// restitution 1 it returns to its height.
 pub fn bounces_or_rests(
     case: impl Debug,
@@ -54,11 +54,11 @@ pub fn bounces_or_rests(
     }
 }
 
-/// On a slope a particle slides by Coulomb's law, or sticks and does not creep. On the flat it
-/// comes to rest where friction says, and never turns round.
+/// On a slope, a particle must slide by Coulomb's law, or stick without creeping. On the flat it
+/// must come to rest where friction predicts, and never reverse.
 ///
-/// On the slope it may be off by `lag` of the way that one step adds to its speed. On the flat the
-/// last step is cut short, so it may go `flat` metres farther.
+/// On the slope it may deviate by `lag` times the displacement that one step adds to its speed. On
+/// the flat the last step is shortened, so it may go `flat` metres farther.
 pub fn friction_is_coulombs(
     case: impl Debug,
     new: impl Fn() -> Box<dyn Integrator>,
@@ -87,7 +87,7 @@ pub fn friction_is_coulombs(
     assert!(run.state.v[0].norm() < 1e-12, "{case:?}: {:?}", run.state.v[0]);
 }
 
-/// An impact with friction takes Coulomb's share of the speed along the surface, once.
+/// An impact with friction takes Coulomb's share of the tangential speed exactly once.
 pub fn impact_takes_its_share_once(case: impl Debug, integrator: Box<dyn Integrator>) {
     let floor = plane(UP, 0.0, 0.2, Vec::new());
     let start = above(floor, Vec3::z() * 0.1, Vec3::new(3.0, 0.0, -2.0));
@@ -107,7 +107,7 @@ pub fn impact_takes_its_share_once(case: impl Debug, integrator: Box<dyn Integra
     assert!((least..least + 1.03).contains(&lost), "{case:?}: {lost}, {before:?}");
 }
 
-/// A pin on a path, and a floor that rises, carry what is on them.
+/// A pin on a path, and a rising floor, must carry the particles on them.
 pub fn paths_lead(case: impl Debug, new: impl Fn() -> Box<dyn Integrator>) {
     let mut spec = Sheet { side: 3, ..Sheet::default() }.spec();
     let frame = |time_s, offset_m| KeyframeSpec { time_s, offset_m };
@@ -128,8 +128,8 @@ pub fn paths_lead(case: impl Debug, new: impl Fn() -> Box<dyn Integrator>) {
     assert!((x - Vec3::z() * 0.25).norm() < 1e-9, "{case:?}: {x:?}");
 }
 
-/// A sheet that falls on a floor ends outside of it, and a particle on a slope that friction holds
-/// does not creep.
+/// A sheet that falls on a floor must end outside of it. A particle that friction holds on a slope
+/// must not creep.
 pub fn nothing_sinks_or_creeps(case: impl Debug, new: impl Fn() -> Box<dyn Integrator>) {
     let mut spec = Sheet { side: 8, pinned: false, ..Sheet::default() }.spec();
     spec.obstacles = vec![floor(0.0)];

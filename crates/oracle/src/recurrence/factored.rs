@@ -3,16 +3,16 @@
 use super::{Amplification, Recurrence};
 use nalgebra::Matrix2;
 
-/// The first step of [`factored_backward_euler`], which knows of no springs before it:
+/// The first step of [`factored_backward_euler`], which has no previous spring forces:
 /// `(1 + θ) x_+ = x + w/(1 + η)`.
 pub fn factored_start(theta: f64, eta: f64) -> Amplification {
     let (x, w) = (1.0 / (1.0 + theta), 1.0 / ((1.0 + theta) * (1.0 + eta)));
     Matrix2::new(x, w, x - 1.0, w)
 }
 
-/// Backward Euler whose matrix `1 + θ + η` is replaced by the product `(1 + θ)(1 + η)`: full
-/// damping is solved first, on the motion that it would meet if the springs pulled as they did in
-/// the step before, and then the spring. The radius is at most 1 for all `θ` and `η`.
+/// Backward Euler with the product `(1 + θ)(1 + η)` in place of the matrix `1 + θ + η`. Full
+/// damping is solved first, under the assumption that the springs pull as in the previous step;
+/// then the spring is solved. The spectral radius is at most 1 for all `θ` and `η`.
 ///
 /// ```
 /// use drape_oracle::recurrence::{backward_euler, factored_backward_euler};
@@ -25,7 +25,8 @@ pub fn factored_backward_euler(theta: f64, eta: f64) -> Amplification {
     Matrix2::new(1.0 - theta * pivot, pivot, -theta * pivot, pivot)
 }
 
-/// The same with two-step backward differentiation at the step ratio `ω = h_n/h_{n−1}`.
+/// As [`factored_backward_euler`], with two-step backward differentiation at the step ratio
+/// `ω = h_n/h_{n−1}`.
 ///
 /// With `τ = (1 + ω)/(1 + 2ω)`, `θ_τ = τ²θ`, `η_τ = τη` and the bases `x*`, `w*` of the formula the
 /// way of a step is `q = (τ w* − θ_τ x* − η_τ θ_τ (x* − x_n))/((1 + θ_τ)(1 + η_τ))`.

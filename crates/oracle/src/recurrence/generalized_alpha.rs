@@ -84,8 +84,8 @@ impl GeneralizedAlpha {
     }
 
     /// Largest modulus of the eigenvalues of [`matrix`](Self::matrix). For `α_m = α_f = ½` one of
-    /// them is −1 at every stiffness: it belongs to an acceleration that no force asked for, a
-    /// consistent start does not excite it, and it is left out.
+    /// them is −1 at every stiffness. It belongs to an inconsistent acceleration, which a
+    /// consistent start does not excite, so it is left out.
     pub fn spectral_radius(&self, theta: f64, eta: f64) -> f64 {
         let matrix = self.matrix(theta, eta);
         if !matrix.iter().all(|entry| entry.is_finite()) {

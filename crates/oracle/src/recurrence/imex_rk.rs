@@ -4,8 +4,7 @@ use super::Amplification;
 use nalgebra::Matrix2;
 
 /// The two tableaux of an additive Runge–Kutta method of up to `S` stages: an explicit and a
-/// diagonally implicit one on the same stages. Stages that a method does not have are rows and
-/// weights of zeros.
+/// diagonally implicit tableau on the same stages. Unused stages have rows and weights of zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdditiveTableau<const S: usize> {
     /// `a^E`, strictly lower triangular.
@@ -25,8 +24,8 @@ pub struct AdditiveTableau<const S: usize> {
 /// Y_i = I + Σ_{j≤i} a^I_ij G Y_j + Σ_{j<i} a^E_ij E Y_j      R = I + Σ_i (b^I_i G + b^E_i E) Y_i
 /// ```
 ///
-/// Motion across a spring at its rest length has `θ_E = −θ_I`. There `R = [[1, c], [0, g]]`: a step
-/// keeps the share `g` of the velocity and moves by `c h v`.
+/// Motion across a spring at its rest length has `θ_E = −θ_I`. Then `R = [[1, c], [0, g]]`: a step
+/// keeps the fraction `g` of the velocity and moves by `c h v`.
 ///
 /// ```
 /// use drape_oracle::recurrence::{AdditiveTableau, additive_runge_kutta, imex_euler};

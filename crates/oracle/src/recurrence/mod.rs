@@ -2,8 +2,8 @@
 //!
 //! A one-step method of step size `h` maps `(x, w = hv)` to `A (x, w)` with a matrix that depends
 //! on `θ = h²κ` and `η = hδ` only. A `k`-step method has one such matrix for each of `k` earlier
-//! levels ([`Recurrence`]). A method that does not reproduce its matrices to round-off is another
-//! method.
+//! levels ([`Recurrence`]). A method that does not reproduce its matrices to round-off is
+//! implemented incorrectly.
 //!
 //! On springs of rest length 0 each eigenmode of the graph Laplacian is such an oscillator. With a
 //! rest length above 0, so is the motion along an anchored spring, offset by that length. Small

@@ -42,7 +42,7 @@ impl Recurrence {
         &self.blocks
     }
 
-    /// The new level from at least as many levels as there are blocks, newest first.
+    /// The new level, computed from at least as many levels as there are blocks, newest first.
     pub fn next(&self, history: &[Vector2<f64>]) -> Vector2<f64> {
         let terms = self.blocks.iter().enumerate().map(|(j, block)| block * history[j]);
         terms.fold(Vector2::zeros(), |sum, term| sum + term)

@@ -78,7 +78,8 @@ pub fn terzopoulos_fleischer(theta: f64, eta: f64) -> Amplification {
 }
 
 /// Predictor of Desbrun, Schröder and Barr with the damping of the scene in the filter matrix:
-/// [`backward_euler`], as long as no external force acts (the filter leaves those alone).
+/// [`backward_euler`], as long as no external force acts (the filter does not affect external
+/// forces).
 pub fn desbrun(theta: f64, eta: f64) -> Amplification {
     backward_euler(theta, eta)
 }
@@ -88,13 +89,13 @@ pub fn desbrun(theta: f64, eta: f64) -> Amplification {
 ///
 /// The exact `Δw` solves `(M + h²L_k + hL_c) Δv = h (F(x) − hL_k v − L_c v)`. The predictor
 /// `Δv* = hF̃/D`, with the diagonal `D` of the matrix, is a Jacobi sweep from zero. Each correction
-/// by the neighbours is another sweep. After `sweeps` corrections the step has reached the share
+/// by the neighbours is another sweep. After `sweeps` corrections the step has made the fraction
 /// `φ = 1 − γ^{sweeps+1}` of the exact change. Kang's formula has one correction.
 ///
 /// The formula assumes equal entries of `D` for all particles. If `γ < 0`, an even number of
 /// corrections overshoots (`φ > 1`): the mode is unstable once `φ (3θ + 2η) > 4 (1 + θ + η)`.
-/// Meshes of structural springs alone join only black to white fields of a chequerboard. They have
-/// modes with `γ → −1` for great stiffness, for which an odd number of corrections is stable too.
+/// Meshes with structural springs only join black to white fields of a chequerboard. At high
+/// stiffness they have modes with `γ → −1`; for these an odd number of corrections is stable too.
 pub fn kang_mode(theta: f64, eta: f64, jacobi: f64, sweeps: u32) -> Amplification {
     let share = (1.0 - power(jacobi, sweeps)) / (1.0 + theta + eta);
     let (pull, brake) = (share * theta, share * (theta + eta));

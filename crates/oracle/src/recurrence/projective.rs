@@ -1,8 +1,8 @@
 //! Projective dynamics: backward Euler, minimised by iterations with a constant matrix.
 //!
 //! Across a spring the force is `−κ_I x − κ_E x` with `κ_E = −κ_I ℓ/L`: the matrix holds `κ_I`
-//! alone. The velocity starts at the inertial one, `w`, and tends to that of backward Euler, `w*`.
-//! A plain iteration multiplies the distance from there by
+//! alone. The velocity starts at the inertial velocity `w` and converges to the velocity `w*` of
+//! backward Euler. A plain iteration multiplies the distance to `w*` by
 //!
 //! ```text
 //! q = −θ_E/(1 + θ_I + η)
@@ -13,14 +13,14 @@
 use super::Amplification;
 use nalgebra::Matrix2;
 
-/// `q`, what a plain iteration leaves of the distance to backward Euler.
+/// The rate `q`: the fraction of the distance to backward Euler that a plain iteration leaves.
 pub fn projective_rate(theta_implicit: f64, theta_explicit: f64, eta: f64) -> f64 {
     -theta_explicit / (1.0 + theta_implicit + eta)
 }
 
-/// What `iterations` of Chebyshev's semi-iterative method leave of the distance to backward Euler,
-/// where a plain iteration leaves `rate`; the first `delay` iterations are plain, one at least
-/// (Wang 2015).
+/// The fraction of the distance to backward Euler that `iterations` iterations of Chebyshev's
+/// semi-iterative method leave. A plain iteration leaves `rate`; the first `delay` iterations, and
+/// at least one, are plain (Wang 2015).
 ///
 /// ```
 /// use drape_oracle::recurrence::chebyshev_left;
@@ -41,8 +41,8 @@ pub fn chebyshev_left(rate: f64, rho: f64, delay: u32, iterations: u32) -> f64 {
     left
 }
 
-/// Projective dynamics that leaves the part `left` of the distance between the inertial velocity
-/// and that of backward Euler: `w' = w* + left (w − w*)`, `x' = x + w'`,
+/// Projective dynamics that leaves the fraction `left` of the distance between the inertial
+/// velocity and the velocity of backward Euler: `w' = w* + left (w − w*)`, `x' = x + w'`,
 /// `w* = (w − θx)/(1 + θ + η)`, `θ = θ_I + θ_E`. With `left = 0` it is backward Euler, with 1 no
 /// force acts.
 ///

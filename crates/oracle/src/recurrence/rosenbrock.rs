@@ -5,7 +5,7 @@ use super::imex_rk::resolvent;
 use nalgebra::Matrix2;
 
 /// The coefficients of a Rosenbrock method of up to `S` stages, in the notation of Hairer and
-/// Wanner. Stages that a method does not have are rows and weights of zeros.
+/// Wanner. Unused stages have rows and weights of zeros.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RosenbrockTableau<const S: usize> {
     /// `α`, strictly lower triangular.

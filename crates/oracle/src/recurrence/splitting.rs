@@ -3,9 +3,9 @@
 use super::Amplification;
 use nalgebra::Matrix2;
 
-/// A kick `w' = w − c (θ x + η w)` over the share `c` of a step, at fixed `x`. The exact solution
-/// `w' = e^{−y} w − c θ x (1 − e^{−y})/y`, `y = cη`, is cut off after `terms` terms of its series:
-/// 1 is Euler's method, 2 is Heun's.
+/// A kick `w' = w − c (θ x + η w)` over the fraction `c` of a step, at fixed `x`. The exact
+/// solution `w' = e^{−y} w − c θ x (1 − e^{−y})/y`, `y = cη`, is truncated after `terms` terms of
+/// its series: one term is Euler's method, two terms are Heun's.
 pub fn kick(share: f64, theta: f64, eta: f64, terms: u32) -> Amplification {
     let (mut keep, mut push, mut power) = (1.0, 0.0, 1.0); // power = (−y)^{q−1}/(q−1)!
     for q in 1..=terms {
@@ -16,12 +16,13 @@ pub fn kick(share: f64, theta: f64, eta: f64, terms: u32) -> Amplification {
     Matrix2::new(1.0, 0.0, -share * theta * push, keep)
 }
 
-/// A drift `x' = x + c w` over the share `c` of a step.
+/// A drift `x' = x + c w` over the fraction `c` of a step.
 pub fn drift(share: f64) -> Amplification {
     Matrix2::new(1.0, share, 0.0, 1.0)
 }
 
-/// Kicks and drifts in turn, kick first and last; kicks to `terms` terms.
+/// Alternating kicks and drifts that begin and end with a kick. The series of the kicks has `terms`
+/// terms.
 ///
 /// ```
 /// use drape_oracle::recurrence::{leapfrog, splitting};
@@ -48,8 +49,8 @@ const BLANES_MOAN: ([f64; 3], [f64; 2]) = (
     [0.245_298_957_184_271, 0.604_872_665_711_080],
 );
 
-/// The symplectic Runge–Kutta–Nyström method of order 4 of Blanes and Moan, with the damping in its
-/// kicks to `terms` terms.
+/// The symplectic Runge–Kutta–Nyström method of order 4 of Blanes and Moan. The series of the
+/// damped kicks has `terms` terms.
 pub fn srkn4(theta: f64, eta: f64, terms: u32) -> Amplification {
     let ([b1, b2, b3], [a1, a2]) = BLANES_MOAN;
     let (b4, a3) = (1.0 - 2.0 * (b1 + b2 + b3), 0.5 - a1 - a2);

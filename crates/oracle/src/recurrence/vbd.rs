@@ -7,14 +7,14 @@ use nalgebra::{Matrix4, Vector4};
 /// `s = h²k/m` and `d = hc/m`. The sweeps start at `v_n`, and particle 1 moves first.
 ///
 /// With `a = s + d` backward Euler solves `(1 + a) w_1 − a w_2 = w_{n,1} − s (x_1 − x_2)` and its
-/// mirror image; its solution is `w*`. Each half of a sweep gives one particle the error of the
-/// other times `r = a/(1 + a)`:
+/// mirror image; its solution is `w*`. Each half of a sweep sets the error of one particle to the
+/// error of the other, times `r = a/(1 + a)`:
 ///
 /// ```text
 /// w_2 = w_2* + r^{2 sweeps} (w_{n,2} − w_2*)      w_1 = w_1* + r^{2 sweeps − 1} (w_{n,2} − w_2*)
 /// ```
 ///
-/// The two errors differ, so the momentum `w_1 + w_2` is kept in the limit only.
+/// The two errors differ, so the momentum `w_1 + w_2` is conserved only in the limit.
 #[doc(alias = "Gauss-Seidel")]
 pub fn vbd_pair(s: f64, d: f64, sweeps: u32) -> Matrix4<f64> {
     let a = s + d;

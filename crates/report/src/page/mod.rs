@@ -1,4 +1,4 @@
-//! What the pages say: sections of prose, figures and tables, each made from one record.
+//! Content of the pages: sections of prose, figures and tables, each made from one record.
 
 mod html;
 mod index;
@@ -10,26 +10,26 @@ pub(crate) use index::index;
 use crate::{Figure, Provenance, Record, Timings, Words};
 use serde::Serialize;
 
-/// The order of the page, and the studies whose sentences lead it.
+/// The order of the page, and the studies whose sentences open it.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
     /// Parts of the report in order.
     pub parts: &'static [Part],
-    /// Studies whose conclusions answer the reader's question, if they are there.
+    /// Studies whose conclusions answer the reader's question, if their records exist.
     pub answers: &'static [&'static str],
-    /// How many of them the answer quotes at most.
+    /// How many of these studies the answer quotes at most.
     pub longest_answer: usize,
-    /// The figures beside the answer: those drawn of the first group of which any was drawn, or else
-    /// the first of all.
+    /// Groups of figures for the place beside the answer. The first group with a drawn figure is
+    /// shown; if there is none, the first figure of all is shown.
     pub leads: &'static [&'static [&'static str]],
 }
 
-/// What stands above all parts.
+/// The head of the page, above all parts.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Head<'a> {
     /// Heading, and title of the window.
     pub title: &'a str,
-    /// What the page is about.
+    /// Lead: the subject of the page.
     pub lead: &'a str,
 }
 
@@ -39,13 +39,13 @@ pub struct Head<'a> {
 pub struct Part {
     /// Heading.
     pub title: &'static str,
-    /// Names of its studies.
+    /// Names of the studies in this part.
     pub studies: &'static [&'static str],
-    /// Whether the first table of a section stands before its conclusion, unfolded.
+    /// Whether the first table of a section is shown, unfolded, before its conclusion.
     pub table_first: bool,
 }
 
-/// All that the page says about one study.
+/// The content of the page about one study.
 #[derive(Serialize)]
 pub struct Section {
     name: String,
@@ -63,39 +63,39 @@ pub struct Section {
     provenance: Vec<Origin>,
 }
 
-/// One step of a course: an idea, what came out, a figure.
+/// One step of a course: an idea, its result, a figure.
 #[derive(Serialize)]
 pub struct Lesson {
     /// Id of the method that the lesson teaches.
     pub id: String,
     /// Heading.
     pub title: String,
-    /// What was missing before.
+    /// What the methods before it lacked.
     pub before: Option<String>,
     /// The idea of the method.
     pub idea: String,
-    /// What came out.
+    /// The result.
     pub finding: String,
-    /// File of the figure, one of the section's.
+    /// File of the figure, which is one of the section's figures.
     pub figure: String,
-    /// The equations and the code of a step; nothing for a method that was added.
+    /// The equations and the code of a step; `None` for a method that a user added.
     pub step: Option<Step>,
-    /// The crate to read.
+    /// Name of the crate to read.
     pub docs: String,
-    /// What repeats the runs.
+    /// Commands that repeat the runs.
     pub commands: Vec<String>,
 }
 
-/// What a step of a method is, and what it does to a single spring.
+/// The step of a method, and its effect on a single spring.
 #[derive(Serialize)]
 pub struct Step {
     /// The equations, as the documentation of the method has them.
     pub equation: String,
     /// The code that computes them.
     pub code: String,
-    /// Where the equations and the code stand, from the root of drape.
+    /// Paths of the files with the equations and the code, relative to the root of drape.
     pub files: [String; 2],
-    /// The spring.
+    /// Description of the spring.
     pub spring: String,
     /// Step sizes, s, and factors by which a step multiplies the motion.
     pub factors: Vec<[String; 2]>,
@@ -122,7 +122,7 @@ struct Origin {
 }
 
 impl Section {
-    /// The section of a record with its figures and tables; tables without rows are left out.
+    /// The section of a record with its figures and tables. Tables without rows are left out.
     pub fn new<F>(record: &Record<F>, figures: Vec<Figure>, tables: Vec<Table>) -> Self {
         let mut section = of_record(record, figures);
         section.tables = tables;
@@ -130,7 +130,7 @@ impl Section {
         section
     }
 
-    /// The same with what is known of the timings that stand beside the record.
+    /// The same section, with a note on the timings that belong to the record.
     pub fn with_timings<R>(mut self, timings: Option<&Timings<R>>) -> Self {
         let file = format!("timings/{}", self.record);
         match timings {
@@ -147,7 +147,7 @@ impl Section {
         self
     }
 
-    /// The same with lessons; their figures stand in them.
+    /// The same section, with lessons that contain their own figures.
     pub fn with_lessons(mut self, lessons: Vec<Lesson>) -> Self {
         self.lessons = lessons;
         self
@@ -204,12 +204,12 @@ fn origin(file: &str, provenance: &Provenance) -> Origin {
     Origin { file: file.to_owned(), lines }
 }
 
-/// Owned texts, for a header.
+/// Converts texts to owned strings, for a header.
 pub fn texts(parts: &[&str]) -> Vec<String> {
     parts.iter().map(|part| (*part).to_owned()).collect()
 }
 
-/// The cell of a value that was not recorded.
+/// The cell for a value that was not recorded.
 pub fn absent() -> String {
     "–".to_owned()
 }

@@ -11,23 +11,23 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 /// Maps in rows, with a legend below them.
 pub struct Atlas {
-    /// Below the columns of tiles; empty where there is no room for a number.
+    /// Labels below the columns of tiles; empty where there is no room for a label.
     pub x_ticks: Vec<String>,
-    /// Beside the rows of tiles, from the top.
+    /// Labels beside the rows of tiles, from the top.
     pub y_ticks: Vec<String>,
     /// The maps, in reading order.
     pub maps: Vec<Map>,
-    /// What the tiles mean.
+    /// Meaning of the tiles.
     pub legend: Vec<(Tile, String)>,
     /// Sentences below the legend; they name the axes.
     pub notes: Vec<String>,
 }
 
-/// One map.
+/// One map of tiles.
 pub struct Map {
     /// Line above the map.
     pub title: String,
-    /// Rows from the top, each from the left; `None` where nothing was run.
+    /// Rows from the top, each from the left; `None` if nothing was run for the tile.
     pub tiles: Vec<Vec<Option<Tile>>>,
 }
 

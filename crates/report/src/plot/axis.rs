@@ -4,8 +4,8 @@ use crate::number::{power_of_ten, significant};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use std::ops::Range;
 
-/// One axis of a panel. `low`, `high` and the ticks are positions: values of a linear axis, decimal
-/// logarithms of a logarithmic one.
+/// One axis of a panel. `low`, `high` and the ticks are positions: values on a linear axis, decimal
+/// logarithms on a logarithmic one.
 #[derive(Clone)]
 pub struct Axis {
     pub(super) label: String,
@@ -31,7 +31,7 @@ struct Zero {
 }
 
 impl Axis {
-    /// A logarithmic axis over the positive ones of `values`.
+    /// A logarithmic axis for `values`, of which only the positive ones count.
     pub fn log(label: &str, values: &[f64]) -> Self {
         let logs = || values.iter().filter(|v| **v > 0.0).map(|v| libm::log10(*v));
         let (least, greatest) =
@@ -48,7 +48,7 @@ impl Axis {
         }
     }
 
-    /// As [`Axis::log`], with a place for zeros below a break when there are any.
+    /// As [`Axis::log`], with a place for zeros below a break if there are zeros.
     pub fn log_with_zero(label: &str, values: &[f64]) -> Self {
         let mut axis = Self::log(label, values);
         if values.iter().any(|v| *v <= 0.0) {
@@ -62,7 +62,7 @@ impl Axis {
         axis
     }
 
-    /// A linear axis over `values`; what lies beyond is drawn at its edge.
+    /// A linear axis over `values`. Values beyond it are drawn at its edge.
     pub fn linear(label: &str, values: &[f64]) -> Self {
         let (least, greatest) = values
             .iter()
@@ -83,7 +83,7 @@ impl Axis {
         Self { label: label.to_owned(), low, high, ticks, scale: Scale::Linear }
     }
 
-    /// Names from the top down, at 0, −1, −2 …; the n-th lies at `-(n as f64)`.
+    /// Names from the top down, at 0, −1, −2 …; the n-th name is at `-(n as f64)`.
     pub fn names(label: &str, names: &[String]) -> Self {
         let ticks = names.iter().enumerate().map(|(n, name)| (-(n as f64), name.clone())).collect();
         Self {

@@ -14,7 +14,7 @@ pub struct Matrix {
     pub columns: Vec<String>,
     /// The rows, from the top.
     pub rows: Vec<Row>,
-    /// What the tiles mean.
+    /// Meaning of the tiles.
     pub legend: Vec<(Tile, String)>,
     /// Sentences below the legend.
     pub notes: Vec<String>,
@@ -24,9 +24,9 @@ pub struct Matrix {
 pub struct Row {
     /// Name before the row.
     pub label: String,
-    /// Whether a line separates it from the row above.
+    /// Whether a line separates the row from the row above.
     pub is_first: bool,
-    /// Tiles beside each other, for each column; none where a column has nothing.
+    /// For each column the tiles side by side; empty if the column has none.
     pub tiles: Vec<Vec<Tile>>,
 }
 
@@ -44,19 +44,19 @@ pub struct Tile {
 /// Colour of a tile, from good to bad.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Shade {
-    /// As it should be.
+    /// Correct result.
     Good,
-    /// Nearly as it should be.
+    /// Nearly correct result.
     Fair,
-    /// Wrong.
+    /// Wrong result.
     Bad,
-    /// As wrong as can be.
+    /// Worst possible result.
     Worst,
-    /// Neither good nor bad: it was not found out.
+    /// No verdict: the result could not be determined.
     Open,
-    /// Nothing to be found out.
+    /// Not applicable.
     Idle,
-    /// Nothing goes wrong because nothing happens.
+    /// Nothing goes wrong because nothing moves.
     Still,
     /// Several are as good: no colour, a thin frame.
     Tie,

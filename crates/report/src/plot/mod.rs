@@ -1,4 +1,4 @@
-//! What every figure has in common.
+//! Parts that all figures share.
 //!
 //! A [`Sheet`] is data: panels with axes, series, rules and bars. [`Drawing::svg`] turns it into
 //! the text of one SVG file. Positions inside a panel are those of its [`Axis`] (logarithms are
@@ -18,7 +18,7 @@ pub use style::{Fill, Look, State};
 
 use plotters::drawing::DrawingAreaErrorKind;
 
-/// What a figure can be made of.
+/// Data that a figure can be made from.
 pub trait Drawing {
     /// The text of an SVG file. `title` and `description` also go into its `<title>` and `<desc>`.
     fn svg(
@@ -74,13 +74,13 @@ impl Drawing for Atlas {
 
 /// A figure: panels in rows, one legend below them.
 pub struct Sheet {
-    /// In reading order.
+    /// The panels, in reading order.
     pub panels: Vec<Panel>,
     /// Sentences below the legend.
     pub notes: Vec<String>,
 }
 
-/// One pair of axes and what is drawn between them.
+/// One pair of axes and the drawing between them.
 pub struct Panel {
     /// Lines above the panel.
     pub title: Vec<String>,
@@ -108,11 +108,11 @@ impl Panel {
 
 /// Points joined by a line.
 pub struct Series {
-    /// Entry of the legend; series of one label share one.
+    /// Entry of the legend. Series with the same label share one entry.
     pub label: String,
     /// Colour, dashes and marker.
     pub look: Look,
-    /// In the order in which the line passes.
+    /// The points, in the order in which the line passes them.
     pub points: Vec<Point>,
     /// Whether a line joins the points.
     is_joined: bool,
@@ -123,19 +123,19 @@ pub struct Series {
 }
 
 impl Series {
-    /// A series with its points sorted by x; `None` when there are none.
+    /// A series with its points sorted by x; `None` if there are no points.
     pub fn new(label: String, look: Look, mut points: Vec<Point>) -> Option<Self> {
         points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         points.dedup();
         Self::path(label, look, points)
     }
 
-    /// The same line with some ten markers on it, however many points it passes.
+    /// The same line with about ten markers, however many points it has.
     pub fn sparse(self) -> Self {
         Self { stride: self.points.len().div_ceil(10).max(1), ..self }
     }
 
-    /// A series whose line passes its points in the order given; `None` when there are none.
+    /// A series whose line passes the points in the given order; `None` if there are no points.
     pub fn path(label: String, look: Look, points: Vec<Point>) -> Option<Self> {
         let is_any = !points.is_empty();
         let (is_joined, is_behind) = (true, false);
@@ -168,18 +168,18 @@ pub struct Point {
 pub struct Rule {
     /// Entry of the legend.
     pub label: String,
-    /// Where it lies.
+    /// Position of the line.
     pub at: At,
 }
 
-/// Where a rule lies.
+/// Position of a rule.
 #[derive(Clone, Copy, PartialEq)]
 pub enum At {
-    /// Across at this value of y.
+    /// Horizontal, at this value of y.
     Y(f64),
     /// A grey band from the bottom of the panel up to this value of y.
     Below(f64),
-    /// Upright at this value of x.
+    /// Vertical, at this value of x.
     X(f64),
     /// With this slope through this point, on two logarithmic axes.
     Slope {
@@ -192,14 +192,15 @@ pub enum At {
     },
 }
 
-/// A horizontal bar from x = 0 in parts: positive lengths to the right, negative ones to the left.
+/// A horizontal bar from x = 0, in parts. Positive lengths go to the right, negative lengths to the
+/// left.
 pub struct Bar {
     /// Middle of the bar on the y axis; its thickness is 0.64.
     pub y: f64,
     /// Label in the legend, fill and length of each part.
     pub parts: Vec<(&'static str, Fill, f64)>,
-    /// A bar that is longer than this on either side is drawn to this length; its numbers stay
-    /// true.
+    /// A bar that is longer than this on either side is drawn with this length. Its labels keep the
+    /// true values.
     pub reach: f64,
     /// Text behind its right end.
     pub end: String,
@@ -218,10 +219,9 @@ impl Bar {
 /// Title, series and rules of a panel that has no axes yet.
 pub type Draft = (Vec<String>, Vec<Series>, Vec<Rule>);
 
-/// Panels with one pair of axes for all, so that they can be compared; `None` when no panel has any
-/// points.
+/// Panels that share one pair of axes, so that they can be compared; `None` if no panel has points.
 ///
-/// `x` and `y` make the axes of all points' values; panels without points are left out.
+/// `x` and `y` make the axes from the values of all points. Panels without points are left out.
 pub fn panels_of(
     drafts: Vec<Draft>,
     x: impl Fn(&[f64]) -> Axis,
@@ -238,7 +238,7 @@ pub fn panels_of(
     (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// The different names found, those of `known` first and in its order, then any others.
+/// The different names found: those of `known` first, in the order of `known`, then all others.
 pub fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let found: std::collections::BTreeSet<&str> = found.collect();
     let expected = known.iter().copied().filter(|name| found.contains(name));
@@ -246,7 +246,8 @@ pub fn names<'a>(known: &[&'a str], found: impl Iterator<Item = &'a str>) -> Vec
     expected.chain(others).collect()
 }
 
-/// Place of a name in `known`, or behind it: the number of its look.
+/// Index of a name in `known`, or the length of `known` if it is not there. It is the number of the
+/// look.
 pub fn place_of(name: &str, known: &[&str]) -> usize {
     known.iter().position(|entry| *entry == name).unwrap_or(known.len())
 }

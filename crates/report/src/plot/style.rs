@@ -1,8 +1,8 @@
 //! Colours, markers, dashes and sizes.
 //!
 //! Colours are those of Okabe and Ito, which colour-blind readers can tell apart (their yellow is
-//! left out: it vanishes on white). No series depends on its colour: marker and dashes differ too,
-//! so that a figure can be read in grey.
+//! left out: it vanishes on white). Markers and dashes differ too, so that a figure can also be
+//! read in grey.
 
 use crate::Verdict;
 use plotters::style::RGBColor;
@@ -99,7 +99,7 @@ impl Look {
     /// A grey line, for curves that are there to be seen, and not to be told apart.
     pub const GREY: Self = Self { colour: GREY, tone: 0, shape: 0, line: 0 };
 
-    /// The n-th look: colour, marker and dashes all its own for n < 7.
+    /// The n-th look. For n < 7 colour, marker and dashes are all distinct.
     pub const fn number(n: usize) -> Self {
         Self::pair(n, n)
     }
@@ -110,7 +110,7 @@ impl Look {
     }
 
     /// The look of a method by its place in the registry: no two of 49 have both colour and marker
-    /// in common. Lightness and dashes tell forms of a method apart, the first of which has number
+    /// in common. Lightness and dashes distinguish the forms of a method; the first form has number
     /// 0.
     pub const fn of_method(place: usize, form: usize) -> Self {
         Self {
@@ -121,13 +121,13 @@ impl Look {
         }
     }
 
-    /// The same colour with another marker, for forms of a method that have no lines.
+    /// The same colour with another marker, for forms of a method without lines.
     #[must_use]
     pub const fn shifted(self, by: usize) -> Self {
         Self { shape: (self.shape + by) % 7, ..self }
     }
 
-    /// Colour and dashes of one property, marker of another.
+    /// Colour and dashes for one property, marker for another.
     pub const fn pair(line: usize, shape: usize) -> Self {
         Self { colour: line % 7, tone: 0, shape: shape % 7, line: line % 7 }
     }
@@ -180,7 +180,7 @@ impl Look {
     }
 }
 
-/// How the run behind a point ended, as a marker shows it.
+/// How the run of a point ended, as its marker shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// Filled marker.
@@ -192,7 +192,7 @@ pub enum State {
 }
 
 impl State {
-    /// The state of a verdict.
+    /// The marker state of a verdict.
     pub fn of_verdict(verdict: Verdict) -> Self {
         match verdict {
             Verdict::Stable => Self::Stable,

@@ -2,7 +2,8 @@
 //!
 //! On a sheet with particles numbered row by row, springs of one kind couple `i` to `i + o` with
 //! two offsets `o` ("bands"). Each band has one array for each of the six numbers of a symmetric
-//! block. So neighbouring rows lie side by side, and a product takes eight rows at a time.
+//! block. Neighbouring rows therefore lie side by side, and a product computes eight rows at a
+//! time.
 //!
 //! # What it costs
 //!
@@ -20,8 +21,8 @@
 //! | **512 rows, 4 blocks** | 10.4 |
 //! | 512 rows, 6 blocks: no longer vectorised | 38 |
 //!
-//! At 100 000 rows the matrix comes from main memory: 33 ns beside other work on the machine, where
-//! the bandwidth alone would give 14. The processor does not prefetch 42 streams well.
+//! At 100 000 rows the matrix comes from main memory: 33 ns with other work on the machine,
+//! although the bandwidth alone would allow 14. The processor does not prefetch 42 streams well.
 
 use super::product::{self, GROUP, Place, Term};
 use crate::{Mat3, Vec3};

@@ -1,6 +1,6 @@
 //! Symmetric matrices of 3×3 blocks, for Jacobians that couple the coordinates.
 //!
-//! One matrix with three layouts, which the couplings choose; all of them give the same bits.
+//! A matrix has one of three layouts, which the couplings choose. All layouts give the same bits.
 //!
 //! | layout | for | a row of a sheet with tension, shear and bending springs |
 //! |---|---|---|
@@ -69,7 +69,8 @@ macro_rules! each {
 
 impl BlockMatrix {
     /// The zero matrix in the layout of `coupling`, with room for `n` diagonal blocks and for each
-    /// edge. Edges may be repeated, and may join a row to itself. Bands need no edges.
+    /// edge. Edges may be repeated, and may join a row to itself. The layout of bands ignores the
+    /// edges.
     ///
     /// # Panics
     /// When an edge names a row that is not below `n`, when a `u32` cannot number rows and edges,
@@ -87,12 +88,12 @@ impl BlockMatrix {
         Self { layout, bands: 1 }
     }
 
-    /// As [`new`](Self::new), in compressed rows, which hold any blocks.
+    /// As [`new`](Self::new), in compressed rows, a layout that can hold any blocks.
     pub fn with_pattern(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         Self::new(n, &Coupling::Rows, edges)
     }
 
-    /// The layout.
+    /// The layout of the matrix.
     pub fn coupling(&self) -> Coupling {
         match &self.layout {
             Layout::Rows(_) => Coupling::Rows,
@@ -119,7 +120,7 @@ impl BlockMatrix {
         }
     }
 
-    /// Number of blocks that can differ from zero, in both triangles and on the diagonal.
+    /// Number of blocks that can differ from zero: both triangles and the diagonal.
     pub fn nonzeros(&self) -> usize {
         each!(&self.layout, a => a.nonzeros())
     }
@@ -140,23 +141,23 @@ impl BlockMatrix {
         }
     }
 
-    /// Adds `block` to diagonal block `i`, which must be symmetric once all is added.
+    /// Adds `block` to diagonal block `i`. The sum of all added blocks must be symmetric.
     pub fn add_diagonal(&mut self, i: usize, block: &Mat3) {
         each!(&mut self.layout, a => a.add_diagonal(i, block));
     }
 
     /// Adds the symmetric `block` at (i, i) and (j, j), and its negative at (i, j) and (j, i): the
-    /// contribution of a force that depends on the difference of `i` and `j`. For `i = j` it adds
-    /// nothing.
+    /// contribution of a force that depends on the difference between particles `i` and `j`. For
+    /// `i = j` it adds nothing.
     ///
-    /// A pair outside the pattern is a bug of the caller: debug builds panic, release builds leave
-    /// the pair out.
+    /// A pair outside the pattern is a bug in the caller: debug builds panic, release builds ignore
+    /// the pair.
     pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         each!(&mut self.layout, a => a.add_pair(i, j, block));
     }
 
-    /// As [`add_pair`](Self::add_pair) for a block that need not be symmetric: `B` at (i, i), `Bᵀ`
-    /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block turns bands and pairs into
+    /// As [`add_pair`](Self::add_pair), for a block that need not be symmetric: `B` at (i, i), `Bᵀ`
+    /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block converts bands and pairs to
     /// compressed rows.
     pub fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         if *block == block.transpose() && !matches!(self.layout, Layout::Rows(_)) {
@@ -170,7 +171,7 @@ impl BlockMatrix {
         each!(&self.layout, a => a.get(i, j))
     }
 
-    /// The memory that one sweep over the springs fills; `None` in compressed rows.
+    /// The memory that a sweep over the springs can fill directly; `None` for compressed rows.
     pub fn fast_layout(&mut self) -> Option<BlockLayout<'_>> {
         match &mut self.layout {
             Layout::Rows(_) => None,
@@ -179,18 +180,18 @@ impl BlockMatrix {
         }
     }
 
-    /// `A ← S A S + (I − S) D` with a positive number `dᵢ` for each constrained particle: a third
-    /// of the trace of its diagonal block, or one if that is not positive.
+    /// `A ← S A S + (I − S) D`, where `dᵢ` is a positive number for each constrained particle: a
+    /// third of the trace of its diagonal block, or 1 if that is not positive.
     ///
-    /// The matrix stays symmetric, and stays positive definite. A right-hand side that is zero in
-    /// the constrained directions (`b = S b`) gives a solution that is zero there, too, and solves
-    /// the filtered problem. So a direct solver can replace filtered conjugate gradients.
+    /// The matrix stays symmetric and positive definite. If a right-hand side is zero in the
+    /// constrained directions (`b = S b`), so is the solution, which then solves the filtered
+    /// problem. So a direct solver can replace filtered conjugate gradients.
     ///
-    /// Planes and lines give blocks that are not symmetric, which turn bands and pairs into
+    /// Planes and lines give blocks that are not symmetric. They convert bands and pairs to
     /// compressed rows.
     ///
     /// # Panics
-    /// When `constraints` is for another number of particles.
+    /// If `constraints` is for another number of particles.
     pub fn project(&mut self, constraints: &Constraints) {
         assert_eq!(constraints.len(), self.n(), "one filter a block row");
         let constrained = || constraints.constrained().iter().map(|&i| i as usize);

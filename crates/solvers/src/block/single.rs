@@ -1,10 +1,10 @@
-//! Conjugate gradients in single precision on bands, for solves that are loose anyway.
+//! Conjugate gradients in single precision on bands, for solves with a loose tolerance.
 //!
-//! An inexact Newton method asks for a few digits of each linear system and judges the result by
-//! its own residual, in double precision. In single precision the matrix takes half of the memory,
-//! a register holds twice the numbers, and the vectors of the loop stay in one array a coordinate,
-//! so no product copies them. On one core of a Zen 3 an iteration on 52 × 52 particles with six
-//! bands takes 29 µs: 23 for the product and 6 for the rest.
+//! An inexact Newton method needs a few digits of each linear system, and checks the result by its
+//! own residual in double precision. In single precision the matrix takes half of the memory, a
+//! register holds twice as many numbers, and the vectors of the loop stay in one array per
+//! coordinate, so no product copies them. On one core of a Zen 3, an iteration on 52 × 52 particles
+//! with six bands takes 29 µs: 23 for the product and 6 for the rest.
 //!
 //! Sums go by groups of [`GROUP`] rows with [`LANES`] accumulators a coordinate, and the groups'
 //! sums are added in double precision. So the instruction set changes no bit.
@@ -46,7 +46,7 @@ pub struct SinglePcg {
 }
 
 impl SinglePcg {
-    /// Memory for a matrix of bands; `None` for any other layout.
+    /// Memory for solves with a matrix of bands; `None` for any other layout.
     pub fn new(a: &BlockMatrix) -> Option<Self> {
         let Layout::Bands(bands) = &a.layout else { return None };
         let (n, lead, offsets) = (bands.n(), bands.lead(), bands.offsets().to_vec());
@@ -72,13 +72,14 @@ impl SinglePcg {
     }
 
     /// Solves `A x = b` from zero until `‖b − A x‖` is `settings.forcing_term` times `‖b‖`, but not
-    /// below 1e-5 times. `diagonal` holds the inverse diagonal blocks of `a`. The norm is Euclid's,
-    /// whatever the settings say. Scales of `a` and `b` do not matter.
+    /// below 1e-5 times. `diagonal` holds the inverse diagonal blocks of `a`. The norm is always
+    /// Euclid's, so `settings.norm` is ignored. The scales of `a` and `b` do not matter.
     ///
-    /// A solve that single precision cannot do ends with [`SolveStatus::IterationLimit`], or with
-    /// [`SolveStatus::Indefinite`] where the matrix is not positive definite or numbers leave the
-    /// range. `x` is undefined then. The report counts one product an iteration, and the product
-    /// that shows an indefinite matrix. `None` for a matrix of another layout.
+    /// If single precision is not sufficient, the solve ends with [`SolveStatus::IterationLimit`].
+    /// It ends with [`SolveStatus::Indefinite`] if the matrix is not positive definite, or if
+    /// numbers leave the range. `x` is undefined then. The report counts one product per iteration,
+    /// and the product that shows an indefinite matrix. Returns `None` for a matrix of another
+    /// layout.
     ///
     /// # Panics
     /// When the lengths differ.

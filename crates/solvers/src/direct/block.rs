@@ -11,7 +11,7 @@ use crate::{BlockMatrix, SolverError, Vec3};
 ///
 /// [`new`](Self::new) finds a fill-reducing order of the particles and the pattern of the factor.
 /// For a matrix in compressed rows, [`factorise`](Self::factorise) and [`solve`](Self::solve) then
-/// allocate nothing. (In another thread than the one of `new`, supernodes take one small buffer
+/// allocate nothing. (In a thread other than the one of `new`, supernodes allocate one small buffer
 /// once.) Matrices in other layouts are copied. To solve under constraints, factor a
 /// [projected](BlockMatrix::project) matrix; its constrained directions have positive pivots.
 /// [`CompleteLdlt`](super::CompleteLdlt) describes the limits of an `L D Lᵀ`.
@@ -45,10 +45,10 @@ pub struct BlockFactor {
 }
 
 impl BlockFactor {
-    /// Analyses the pattern of `a`; its values do not matter.
+    /// Analyses the pattern of `a` and orders its elimination. The values of `a` do not matter.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    /// [`SolverError::Factorisation`] if the factor does not fit into memory.
     pub fn new(a: &BlockMatrix, kind: FactorKind) -> Result<Self, SolverError> {
         Self::of_rows(&a.rows(), kind)
     }
@@ -79,13 +79,12 @@ impl BlockFactor {
         })
     }
 
-    /// Factors `a`; it reads the lower triangle.
+    /// Factors `a`. Only the lower triangle is read.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] for an `L Lᵀ` and [`SolverError::Singular`] for an
-    /// `L D Lᵀ`, after which there is no factor. [`SolverError::PatternChanged`] when `a` has
-    /// another pattern than the matrix given to [`new`](Self::new). The solver stays ready for the
-    /// next matrix.
+    /// [`SolverError::NotPositiveDefinite`] for `L Lᵀ` and [`SolverError::Singular`] for `L D Lᵀ`;
+    /// there is no factor then. [`SolverError::PatternChanged`] if `a` has another pattern than the
+    /// matrix given to [`new`](Self::new). The solver stays ready for the next matrix.
     pub fn factorise(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.factorise_rows(&a.rows())
     }
@@ -116,8 +115,8 @@ impl BlockFactor {
         Ok(())
     }
 
-    /// Number of negative scalar pivots of an `L D Lᵀ`, which is the number of negative eigenvalues
-    /// of `A`; `None` without a factor.
+    /// Number of negative scalar pivots of `L D Lᵀ`, which equals the number of negative
+    /// eigenvalues of `A`; `None` without a factor.
     pub fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots()
     }
@@ -125,7 +124,7 @@ impl BlockFactor {
     /// `x ← A⁻¹ rhs`, with the matrix of the last [`factorise`](Self::factorise).
     ///
     /// # Panics
-    /// When there was no successful factorisation, or a length is not the number of particles.
+    /// If no factorisation has succeeded, or if a length differs from the number of particles.
     pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
         assert_eq!(rhs.len(), self.pattern.n(), "one vector a block row");
         assert_eq!(x.len(), self.pattern.n(), "one vector a block row");

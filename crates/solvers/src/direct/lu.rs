@@ -8,7 +8,7 @@ use crate::{Constraints, LinearOperator, Mat3, SolverError, Vec3};
 /// A matrix of 3×3 blocks with a symmetric pattern and any values, in compressed rows.
 ///
 /// Discrete gradients have such a matrix: the force between two particles depends on the difference
-/// of their positions, but its derivative is no symmetric block.
+/// of their positions, but its derivative is not a symmetric block.
 #[derive(Clone, Debug)]
 pub struct UnsymmetricBlocks(Rows);
 
@@ -33,11 +33,11 @@ impl UnsymmetricBlocks {
     }
 
     /// Adds `block` at (i, i) and (j, j), and its negative at (i, j) and (j, i): the contribution
-    /// of a force between `i` and `j` that depends on their difference. For `i = j` it adds
+    /// of a force that depends on the difference between particles `i` and `j`. For `i = j` it adds
     /// nothing.
     ///
-    /// A pair outside the pattern is a bug of the caller: debug builds panic, release builds leave
-    /// the pair out.
+    /// A pair outside the pattern is a bug in the caller: debug builds panic, release builds ignore
+    /// the pair.
     pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         self.0.add_pair(i, j, block);
     }
@@ -50,7 +50,7 @@ impl UnsymmetricBlocks {
     /// `A ← S A S + (I − S) D` as [`BlockMatrix::project`](crate::BlockMatrix::project).
     ///
     /// # Panics
-    /// When `constraints` is for another number of particles.
+    /// If `constraints` is for another number of particles.
     pub fn project(&mut self, constraints: &Constraints) {
         assert_eq!(constraints.len(), self.0.n(), "one filter a block row");
         self.0.project_both_sides(constraints);
@@ -79,10 +79,9 @@ const LOST: f64 = 1.0 / (64.0 * f64::EPSILON);
 /// Sparse factorisation `A = L U` of [`UnsymmetricBlocks`], block by block.
 ///
 /// [`new`](Self::new) finds a fill-reducing order of the particles and the pattern of the factor;
-/// [`factorise`](Self::factorise) and [`solve`](Self::solve) then allocate nothing. No library
-/// takes part, so the bits are the same on every machine. Rows are exchanged within a 3×3 block
-/// only, as the pattern of the factor is fixed. A matrix that would need other exchanges is an
-/// error.
+/// [`factorise`](Self::factorise) and [`solve`](Self::solve) then allocate nothing. It uses no
+/// library, so the bits are the same on every machine. Rows are exchanged only within a 3×3 block,
+/// because the pattern of the factor is fixed. A matrix that needs other exchanges is an error.
 ///
 /// ```
 /// use drape_solvers::{BlockLu, Mat3, UnsymmetricBlocks, Vec3};
@@ -116,10 +115,10 @@ pub struct BlockLu {
 }
 
 impl BlockLu {
-    /// Analyses the pattern of `a`; its values do not matter.
+    /// Analyses the pattern of `a` and orders its elimination. The values of `a` do not matter.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    /// [`SolverError::Factorisation`] if the factor does not fit into memory.
     pub fn new(a: &UnsymmetricBlocks) -> Result<Self, SolverError> {
         let pattern = a.0.pattern().clone();
         let n = pattern.n();
@@ -151,7 +150,7 @@ impl BlockLu {
     /// # Errors
     /// [`SolverError::Singular`] for a diagonal block without an inverse, for a factor that grows
     /// without limit, and for numbers that are not finite. There is no factor then.
-    /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to
+    /// [`SolverError::PatternChanged`] if `a` has another pattern than the matrix given to
     /// [`new`](Self::new).
     pub fn factorise(&mut self, a: &UnsymmetricBlocks) -> Result<(), SolverError> {
         self.factored = false;
@@ -197,7 +196,7 @@ impl BlockLu {
     /// `x ← A⁻¹ rhs`, with the matrix of the last [`factorise`](Self::factorise).
     ///
     /// # Panics
-    /// When there was no successful factorisation, or a length is not the number of particles.
+    /// If no factorisation has succeeded, or if a length differs from the number of particles.
     pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
         assert!(self.factored, "solve needs a factorisation that succeeded");
         let n = self.nodes.len();

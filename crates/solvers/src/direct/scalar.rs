@@ -9,22 +9,22 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 /// diagonal of `L`, a diagonal `D`, and a fill-reducing order of the rows.
 ///
 /// No pivot is clamped, shifted or replaced, and no rows are exchanged for larger pivots. So some
-/// invertible matrices have no such factors, like `[[0, 1], [1, 0]]`. Three faults are errors,
-/// [`SolverError::Singular`]:
+/// invertible matrices, such as `[[0, 1], [1, 0]]`, have no such factors. Three faults give the
+/// error [`SolverError::Singular`]:
 ///
 /// * A pivot is zero, or not finite.
 /// * A pivot is the difference of numbers that agree in all but their last digits (64 ε), as in a
-///   matrix that is singular up to round-off. The check does not find all of these, because
-///   rounding errors add up. The last pivot of a Laplacian without masses came out up to n ε / 2 in
-///   size, and passed on most grids of 10⁴ nodes and more.
-/// * A pivot is so small that a term `lᵢₖ² |dₖ|` outgrows the largest entry of `A` by more than
-///   1/√ε. Below that limit the factors belong to a matrix that differs from `A` by some 10⁻⁸ of
-///   its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
+///   matrix that is singular up to round-off. The check does not find all such matrices, because
+///   rounding errors accumulate. The last pivot of a Laplacian without masses was up to n ε / 2 in
+///   size, and passed the check on most grids of 10⁴ nodes and more.
+/// * A pivot is so small that a term `lᵢₖ² |dₖ|` exceeds the largest entry of `A` by a factor of
+///   more than 1/√ε. Below that limit the factors belong to a matrix that differs from `A` by some
+///   10⁻⁸ of its largest entry at worst (Higham 2002, theorem 11.3), commonly by 10⁻¹⁵.
 ///
-/// By Sylvester's law of inertia as many pivots as eigenvalues are negative, see
-/// [`negative_pivots`](Self::negative_pivots).
+/// By Sylvester's law of inertia, the number of negative pivots equals the number of negative
+/// eigenvalues; see [`negative_pivots`](Self::negative_pivots).
 ///
-/// One factor serves the three coordinates. It is no [`Preconditioner`](crate::Preconditioner),
+/// One factor serves the three coordinates. It is not a [`Preconditioner`](crate::Preconditioner),
 /// because conjugate gradients need a positive definite one: with an indefinite `P`, `rᵀ P r` may
 /// vanish though `r` does not.
 ///
@@ -52,10 +52,10 @@ pub struct CompleteLdlt {
 }
 
 impl CompleteLdlt {
-    /// Analyses the pattern of `a`; its values do not matter.
+    /// Analyses the pattern of `a` and orders its elimination. The values of `a` do not matter.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    /// [`SolverError::Factorisation`] if the factor does not fit into memory.
     pub fn new(a: &ScalarMatrix) -> Result<Self, SolverError> {
         Ok(Self { factor: ScalarFactor::new(a, FactorKind::Ldlt)?, negative_pinned: 0 })
     }
@@ -63,9 +63,9 @@ impl CompleteLdlt {
     /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
     ///
     /// # Errors
-    /// [`SolverError::Singular`], after which there is no factor. [`SolverError::PatternChanged`]
-    /// when `a` has another pattern than the matrix given to [`new`](Self::new); the factor then
-    /// stays as it was. The solver stays ready for the next matrix.
+    /// [`SolverError::Singular`]; there is no factor then. [`SolverError::PatternChanged`] if `a`
+    /// has another pattern than the matrix given to [`new`](Self::new); the factor then stays as it
+    /// was. The solver stays ready for the next matrix.
     ///
     /// # Panics
     /// Unless `free` has one flag for each row.
@@ -80,7 +80,7 @@ impl CompleteLdlt {
     /// are divided by their diagonal entry, up to round-off.
     ///
     /// # Panics
-    /// When there was no successful update, or a length is not the number of rows.
+    /// If no update has succeeded, or if a length differs from the number of rows.
     pub fn solve(&self, rhs: &[Vec3], x: &mut [Vec3]) {
         assert_eq!(rhs.len(), self.factor.n(), "one vector a row");
         assert_eq!(x.len(), self.factor.n(), "one vector a row");
@@ -88,8 +88,8 @@ impl CompleteLdlt {
     }
 
     /// Number of negative pivots of free rows, which is the number of negative eigenvalues of the
-    /// matrix of the free rows; `None` without a factor. Each counts for the three coordinates
-    /// alike.
+    /// matrix of the free rows; `None` without a factor. Each pivot applies to all three
+    /// coordinates.
     pub fn negative_pivots(&self) -> Option<usize> {
         self.factor.negative_pivots().map(|all| all - self.negative_pinned)
     }

@@ -24,12 +24,12 @@ pub struct BlockJacobi {
 }
 
 impl BlockJacobi {
-    /// The identity, with room for the rows of `a`.
+    /// The identity, with memory for the rows of `a`.
     pub fn new(a: &BlockMatrix) -> Self {
         Self::identity(a.n())
     }
 
-    /// The identity, with room for `n` block rows.
+    /// The identity, with memory for `n` block rows.
     pub fn identity(n: usize) -> Self {
         let mut identity = Self { n, planes: vec![0.0; 6 * n.next_multiple_of(GROUP)] };
         identity.reset();
@@ -52,7 +52,7 @@ impl BlockJacobi {
         }
     }
 
-    /// Inverts the diagonal blocks of `a`; it reads their lower triangles.
+    /// Inverts the diagonal blocks of `a`. Only their lower triangles are read.
     ///
     /// # Errors
     /// [`SolverError::NotPositiveDefinite`] for a diagonal block that is not positive definite;

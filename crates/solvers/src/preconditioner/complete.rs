@@ -16,19 +16,20 @@ pub struct CompleteCholesky {
 }
 
 impl CompleteCholesky {
-    /// The identity, with the symbolic factorisation of the pattern of `a`.
+    /// The identity, with the symbolic factorisation for the pattern of `a`.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor does not fit into memory.
+    /// [`SolverError::Factorisation`] if the factor does not fit into memory.
     pub fn new(a: &ScalarMatrix) -> Result<Self, SolverError> {
         Ok(Self { factor: ScalarFactor::new(a, FactorKind::Cholesky)? })
     }
 
-    /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
+    /// Factors `a`. Rows that are not `free` keep only their diagonal entry.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`]. [`SolverError::PatternChanged`] when `a` has another
-    /// pattern than the matrix given to [`new`](Self::new); the factor then stays as it was.
+    /// [`SolverError::NotPositiveDefinite`] if a pivot is not positive.
+    /// [`SolverError::PatternChanged`] if `a` has another pattern than the matrix given to
+    /// [`new`](Self::new); the factor then stays as it was.
     ///
     /// # Panics
     /// Unless `free` has one flag for each row.
@@ -37,7 +38,8 @@ impl CompleteCholesky {
     }
 
     /// Number of entries in each column of `L`, with the diagonal, in the fill-reducing order.
-    /// Their sum is the memory of the factor, the sum of their squares the number of operations.
+    /// Their sum is the number of stored entries, and the sum of their squares is the number of
+    /// operations.
     pub fn column_counts(&self) -> impl Iterator<Item = usize> {
         self.factor.column_counts()
     }

@@ -15,9 +15,9 @@ use crate::{ScalarMatrix, SolverError, Vec3};
 
 /// `P = A⁻¹` up to round-off as a full n×n matrix, from dense `A = L Lᵀ` and `A⁻¹ = L⁻ᵀ L⁻¹`.
 ///
-/// It takes 16 n² bytes, n³ operations to make and 6 n² to apply, whatever the sparsity of `A`: the
-/// inverse of a connected graph's matrix has no zeros. Its advantage: a solve is one product with a
-/// matrix that can be made beforehand, if `A` does not change.
+/// It takes 16 n² bytes, n³ operations to make and 6 n² to apply, whatever the sparsity of `A`,
+/// because the inverse of a connected graph's matrix has no zeros. Its advantage is that a solve is
+/// one product with a matrix that can be computed beforehand, if `A` does not change.
 ///
 /// A product sums in fixed order, from the first column to the last. The library `faer` computes
 /// the inverse, and its last bits may differ from one processor to another.
@@ -32,14 +32,14 @@ pub struct DenseInverse {
 }
 
 impl DenseInverse {
-    /// The identity, with room for the inverse of a matrix with as many rows as `a` has.
+    /// The identity, with memory for the inverse of a matrix with as many rows as `a`.
     ///
-    /// It computes the memory first, so a refusal allocates nothing. The count leaves out the
-    /// memory that the library's kernels allocate on their first use in a thread, twice the
-    /// processor's last-level cache.
+    /// It computes the required memory first, so a refusal allocates nothing. The count omits the
+    /// memory that the library's kernels allocate on their first use in a thread, which is twice
+    /// the processor's last-level cache.
     ///
     /// # Errors
-    /// [`SolverError::TooLarge`] when it needs more than `limit_bytes`.
+    /// [`SolverError::TooLarge`] if more than `limit_bytes` are needed.
     pub fn new(a: &ScalarMatrix, limit_bytes: usize) -> Result<Self, SolverError> {
         let n = a.n();
         let bytes = Self::bytes_needed(n);
@@ -63,8 +63,8 @@ impl DenseInverse {
         Ok(dense)
     }
 
-    /// The bytes that [`new`](Self::new) allocates for `n` rows: two n×n matrices and one column;
-    /// `u64::MAX` if it is that or more.
+    /// The bytes that [`new`](Self::new) allocates for `n` rows: two n×n matrices and one column.
+    /// `u64::MAX` stands for that many or more.
     pub fn bytes_needed(n: usize) -> u64 {
         let matrices = (n as u64)
             .checked_mul(n as u64)
@@ -76,10 +76,10 @@ impl DenseInverse {
         })
     }
 
-    /// Inverts `a`. Rows that are not `free` keep the inverse of their diagonal entry alone.
+    /// Inverts `a`. Rows that are not `free` keep only the inverse of their diagonal entry.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`], which leaves the identity.
+    /// [`SolverError::NotPositiveDefinite`], after which the preconditioner is the identity.
     /// [`SolverError::PatternChanged`] for another number of rows (other couplings do not matter);
     /// the inverse then stays as it was.
     ///

@@ -8,8 +8,8 @@ use crate::pattern::Pattern;
 use crate::{ScalarMatrix, SolverError, Vec3};
 use drape_kernels::lanes::{Four, Lanes};
 
-/// `P = (L Lᵀ)⁻¹`, where the lower triangle `L` has non-zeros only where `A` has and `L Lᵀ = A`
-/// holds there. The rows keep their natural order; one factor serves the three coordinates.
+/// `P = (L Lᵀ)⁻¹`. The lower triangle `L` has non-zeros only where `A` has, and `L Lᵀ = A` holds
+/// there. The rows keep their natural order. One factor is used for all three coordinates.
 ///
 /// On an M-matrix, such as a graph Laplacian plus masses, it always exists (Meijerink & van der
 /// Vorst 1977). On a tridiagonal matrix it is the complete factor.
@@ -33,7 +33,7 @@ pub struct IncompleteCholesky {
 }
 
 impl IncompleteCholesky {
-    /// The identity, with room for a factor with the pattern of `a`.
+    /// The identity, with memory for a factor with the pattern of `a`.
     pub fn new(a: &ScalarMatrix) -> Self {
         let pattern = a.pattern().clone();
         let mut starts = vec![0];
@@ -57,11 +57,11 @@ impl IncompleteCholesky {
         }
     }
 
-    /// Factors `a`. Rows that are not `free` keep their diagonal entry alone.
+    /// Factors `a`. Rows that are not `free` keep only their diagonal entry.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] with row and pivot when a pivot is not positive.
-    /// [`SolverError::PatternChanged`] when `a` has another pattern than the matrix given to
+    /// [`SolverError::NotPositiveDefinite`] with row and pivot if a pivot is not positive.
+    /// [`SolverError::PatternChanged`] if `a` has another pattern than the matrix given to
     /// [`new`](Self::new); the factor then stays as it was.
     ///
     /// # Panics

@@ -3,14 +3,14 @@
 use super::Preconditioner;
 use crate::{ScalarMatrix, SolverError, Vec3};
 
-/// `P = diag(A)⁻¹` of a scalar matrix. It reads no couplings, so pinned rows need no mask.
+/// `P = diag(A)⁻¹` of a scalar matrix. It does not use couplings, so pinned rows need no mask.
 #[derive(Clone, Debug)]
 pub struct Jacobi {
     inverse_diagonal: Vec<f64>,
 }
 
 impl Jacobi {
-    /// The identity, with room for the rows of `a`.
+    /// The identity, with memory for the rows of `a`.
     pub fn new(a: &ScalarMatrix) -> Self {
         Self { inverse_diagonal: vec![1.0; a.n()] }
     }

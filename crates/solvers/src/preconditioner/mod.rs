@@ -1,14 +1,15 @@
 //! Preconditioners: approximations of the inverse matrix, from cheap ones to the inverse itself.
 //!
 //! Throughout, `P ≈ A⁻¹` and a preconditioner is *applied*: `z = P r`. (Baraff & Witkin 1998 define
-//! `P` by `Pᵢᵢ = 1/Aᵢᵢ` and then apply `P⁻¹`; only one of the two can be meant.)
+//! `P` by `Pᵢᵢ = 1/Aᵢᵢ` and then apply `P⁻¹`; only one of the two can be intended.)
 //!
 //! `new` reserves the memory for a pattern; `update` fills it and allocates nothing. Before the
-//! first update, and after a failed one, a preconditioner is the identity: slow, but right.
+//! first update, and after a failed one, a preconditioner is the identity. This is slow but
+//! correct.
 //!
-//! An update may take a mask of `free` rows. The others are pinned, and their couplings are left
-//! out. So `P` approximates the inverse of the matrix that is really solved, and does not carry the
-//! residual of a pinned particle to its free neighbours.
+//! An update may take a mask of `free` rows. The other rows are pinned, and their couplings are
+//! left out. `P` then approximates the inverse of the matrix that is actually solved, and does not
+//! spread the residual of a pinned particle to its free neighbours.
 
 mod block_jacobi;
 mod complete;
@@ -33,10 +34,11 @@ use crate::bands::in_bands;
 
 /// A symmetric positive definite approximation `P` of the inverse of a matrix.
 pub trait Preconditioner {
-    /// `z ← P r`; every entry of `z` is overwritten.
+    /// Applies the preconditioner: `z ← P r`. Every entry of `z` is overwritten.
     ///
     /// # Panics
-    /// Implementations may panic when `r` or `z` has another length than the matrix has rows.
+    /// Implementations may panic if the length of `r` or `z` differs from the number of rows of the
+    /// matrix.
     fn apply(&self, r: &[Vec3], z: &mut [Vec3]);
 
     /// As [`apply`](Self::apply), with the same bits. Threads may share it in so many
@@ -49,7 +51,7 @@ pub trait Preconditioner {
     }
 }
 
-/// `P = I`: plain conjugate gradients.
+/// `P = I`, which gives plain conjugate gradients.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Identity;
 

@@ -23,15 +23,15 @@ const LEAST_SHRINKAGE: f64 = 0.8;
 /// One V-cycle of multigrid by smoothed aggregation, with a sweep of block Gauss-Seidel before and
 /// after.
 ///
-/// Motions that bend little over many particles make conjugate gradients slow on a stiff sheet. A
-/// coarse particle stands for an aggregate of fine ones and moves them smoothly. Every motion is an
-/// oscillation on one of a few ever coarser levels, where a sweep of Gauss-Seidel damps it.
+/// Smooth motions of many particles make conjugate gradients slow on a stiff sheet. A coarse
+/// particle stands for an aggregate of fine particles and moves them smoothly. Every smooth motion
+/// is an oscillation on one of a few ever coarser levels, where a sweep of Gauss-Seidel damps it.
 ///
 /// [`new`](Self::new) computes the weights `P` of a level once from a scalar matrix, such as the
-/// stiffnesses of the springs as a Laplacian. They are the same for the three coordinates.
-/// [`update`](Self::update) makes the coarse matrices of each matrix, Galerkin's `Pᵀ A P`. Every
-/// coarse motion is a motion of the fine particles, so `P` needs no directions: across the springs,
-/// where a cloth hardly resists, the coarse diagonal blocks are as soft as the cloth.
+/// stiffnesses of the springs as a Laplacian. The weights are the same for all three coordinates.
+/// [`update`](Self::update) computes the coarse matrices of a new matrix, Galerkin's `Pᵀ A P`.
+/// Every coarse motion is a motion of the fine particles, so `P` needs no directions: across the
+/// springs, where a cloth hardly resists, the coarse diagonal blocks are as soft as the cloth.
 ///
 /// After P. Vaněk, J. Mandel, M. Brezina, *Algebraic multigrid by smoothed aggregation for second
 /// and fourth order elliptic problems* (1996); for cloth R. Tamstorf, T. Jones, S. McCormick,
@@ -39,7 +39,7 @@ const LEAST_SHRINKAGE: f64 = 0.8;
 /// the matrix.
 ///
 /// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about
-/// ten. Where the couplings give no smaller level, the matrix itself is factorised.
+/// ten. If the couplings give no smaller level, the matrix itself is factorised.
 ///
 /// ```
 /// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};
@@ -68,12 +68,12 @@ pub struct Multigrid {
     products: Products,
 }
 
-/// Work in products of the finest matrix with a vector, rounded up.
+/// Work, as a number of products of the finest matrix with a vector, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Products {
-    /// Of a cycle.
+    /// Work of a cycle.
     pub cycle: usize,
-    /// Of an [update](Multigrid::update).
+    /// Work of an [update](Multigrid::update).
     pub update: usize,
 }
 
@@ -104,12 +104,11 @@ struct Work {
 }
 
 impl Multigrid {
-    /// Chooses the levels for the pattern of `a` by the couplings of a scalar matrix over the same
+    /// Chooses the levels for the pattern of `a`. `couplings` is a scalar matrix over the same
     /// particles: a Laplacian with any additions to its diagonal.
     ///
     /// # Errors
-    /// [`SolverError::Factorisation`] when the factor of the coarsest level does not fit into
-    /// memory.
+    /// [`SolverError::Factorisation`] if the factor of the coarsest level does not fit into memory.
     ///
     /// # Panics
     /// When the sizes differ.
@@ -134,12 +133,12 @@ impl Multigrid {
         }
     }
 
-    /// Makes the coarse matrices of `a`.
+    /// Computes the coarse matrices of `a`.
     ///
     /// # Errors
-    /// [`SolverError::NotPositiveDefinite`] when a diagonal block or the coarsest matrix is not,
-    /// with a row of its level; [`SolverError::PatternChanged`] when `a` has another pattern than
-    /// the matrix given to [`new`](Self::new).
+    /// [`SolverError::NotPositiveDefinite`] if a diagonal block or the coarsest matrix is not
+    /// positive definite, with a row of its level. [`SolverError::PatternChanged`] if `a` has
+    /// another pattern than the matrix given to [`new`](Self::new).
     pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.ready = false;
         let a = a.rows();
@@ -154,11 +153,12 @@ impl Multigrid {
         Ok(())
     }
 
-    /// Goes on to `a` with the coarse matrices of the last [`update`](Self::update): the cycle stays
-    /// symmetric and positive definite, and serves as long as `a` is like the matrix before.
+    /// Uses the coarse matrices of the last [`update`](Self::update) for `a`. The cycle stays
+    /// symmetric and positive definite, and is effective as long as `a` is similar to the matrix of
+    /// that update.
     ///
     /// # Errors
-    /// As [`update`](Self::update), which is called where there is nothing to go on with.
+    /// As [`update`](Self::update), which is called if there are no coarse matrices.
     pub fn keep(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         if !self.ready {
             return self.update(a);
@@ -175,13 +175,13 @@ impl Multigrid {
         Ok(())
     }
 
-    /// The cycle for the matrix of the last [`update`](Self::update) or [`keep`](Self::keep); the
-    /// identity after a failed one or without one.
+    /// The cycle for the matrix of the last [`update`](Self::update) or [`keep`](Self::keep). It is
+    /// the identity if there was none, or if the last one failed.
     pub fn on<'a>(&'a self, a: &'a BlockMatrix) -> Cycle<'a> {
         Cycle { multigrid: self, a: a.rows() }
     }
 
-    /// What its parts cost.
+    /// The costs of a cycle and of an update.
     pub fn products(&self) -> Products {
         self.products
     }

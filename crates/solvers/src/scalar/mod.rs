@@ -67,7 +67,7 @@ use padded::Padded;
 pub use padded::ScalarPreconditioner;
 
 /// [`filtered_pcg`](crate::filtered_pcg) for a scalar matrix, with the same bits and the same
-/// report. Its kernels keep the vectors, and where it helps the matrix, in a layout of their own.
+/// report. It stores the vectors, and if useful the matrix, in a layout of its own.
 #[derive(Debug)]
 pub struct ScalarPcg(Layout);
 
@@ -88,7 +88,7 @@ pub enum ScalarLayout {
 }
 
 impl ScalarPcg {
-    /// Room for solves with the pattern of `a`, in the best layout. `diagonal` says that the
+    /// Room for solves with the pattern of `a`, in the best layout. `diagonal` states that the
     /// preconditioner is [`Identity`](ScalarPreconditioner::Identity) or
     /// [`Jacobi`](ScalarPreconditioner::Jacobi).
     pub fn new(a: &ScalarMatrix, diagonal: bool) -> Self {
@@ -96,7 +96,8 @@ impl ScalarPcg {
             .unwrap_or_else(|| Self(Layout::Rows(Padded::new(a, diagonal))))
     }
 
-    /// As [`new`](Self::new), in a given layout; `None` when it does not suit.
+    /// As [`new`](Self::new), in a given layout; `None` if that layout does not suit the matrix or
+    /// the preconditioner.
     pub fn with_layout(a: &ScalarMatrix, diagonal: bool, layout: ScalarLayout) -> Option<Self> {
         Some(Self(match layout {
             ScalarLayout::Diagonals if diagonal => Layout::Diagonals(Box::new(Fused::new(a)?)),
@@ -114,16 +115,16 @@ impl ScalarPcg {
     }
 
     /// Copies the values of `a`, which must have the pattern given to [`new`](Self::new), and of
-    /// the preconditioner. Call it after each change of either.
+    /// the preconditioner. Call it after each change of the matrix or the preconditioner.
     pub fn update(&mut self, a: &ScalarMatrix, p: ScalarPreconditioner<'_>) {
         if let Layout::Diagonals(fused) = &mut self.0 {
             fused.update(a, p);
         }
     }
 
-    /// Lets solves use this many threads of the current [`rayon`] pool, where there are enough
-    /// particles. Any number gives the same bits. Only the layout
-    /// [`Diagonals`](ScalarLayout::Diagonals) uses threads: the sweeps of IC(0) follow one order,
+    /// Lets solves use this many threads of the current [`rayon`] pool, if there are enough
+    /// particles. The number of threads does not change any bit. Only the layout
+    /// [`Diagonals`](ScalarLayout::Diagonals) uses threads: the sweeps of IC(0) need a fixed order,
     /// and [`Rows`](ScalarLayout::Rows) stay on the caller's thread.
     pub fn set_threads(&mut self, threads: usize) {
         if let Layout::Diagonals(fused) = &mut self.0 {
@@ -131,8 +132,8 @@ impl ScalarPcg {
         }
     }
 
-    /// `out ← A x` with the matrix of the last [`update`](Self::update). Where all numbers are
-    /// finite, it has the bits of the matrix's own [`multiply`](crate::LinearOperator::multiply).
+    /// `out ← A x` with the matrix of the last [`update`](Self::update). If all numbers are finite,
+    /// the result has the same bits as [`multiply`](crate::LinearOperator::multiply) of the matrix.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -183,15 +184,16 @@ impl ScalarPcg {
 /// Euclidean norms of the residual and of its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualNorms {
-    /// Of `S (b − A x)`.
+    /// Norm of `S (b − A x)`.
     pub residual: f64,
-    /// Of `S (b − A (I − S) z)`, on request.
+    /// Norm of `S (b − A (I − S) z)`; `None` unless it was requested.
     pub reference: Option<f64>,
 }
 
 impl ScalarPcg {
     /// The norms for a vector `x` that obeys the constraints, with the matrix of the last
-    /// [`update`](Self::update). It takes one product; with a reference and prescribed motion two.
+    /// [`update`](Self::update). This takes one product, or two with a reference and prescribed
+    /// motion.
     ///
     /// # Panics
     /// When the sizes of the arguments differ.
@@ -224,10 +226,11 @@ impl ScalarPcg {
         }
     }
 
-    /// `out ← S (b − A x)` of the last call of [`residual_norms`](Self::residual_norms).
+    /// Writes the residual of the last call of [`residual_norms`](Self::residual_norms):
+    /// `out ← S (b − A x)`.
     ///
     /// # Panics
-    /// Unless `out` has a vector for each particle.
+    /// Unless `out` has one vector per particle.
     pub fn residual(&self, out: &mut [Vec3]) {
         let n = match &self.0 {
             Layout::Diagonals(fused) => fused.n(),

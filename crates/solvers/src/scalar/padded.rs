@@ -12,7 +12,7 @@ use pulp::Arch;
 /// The preconditioner of a solve.
 #[derive(Clone, Copy, Debug)]
 pub enum ScalarPreconditioner<'a> {
-    /// None.
+    /// No preconditioner.
     Identity,
     /// Division by the diagonal.
     Jacobi(&'a Jacobi),

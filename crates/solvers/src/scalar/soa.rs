@@ -60,7 +60,7 @@ pub(super) fn block_rows(k: usize, rows: usize) -> (usize, usize) {
     (first, BLOCK.min(rows - first))
 }
 
-/// One number a row, with zeros before the first and after the last; row 0 begins a cache line.
+/// One number per row, with zeros before the first and after the last; row 0 begins a cache line.
 #[derive(Debug)]
 pub(super) struct PaddedRow {
     numbers: Vec<f64>,

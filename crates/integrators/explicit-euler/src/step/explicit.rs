@@ -11,7 +11,7 @@ use drape_model::{State, System};
 /// Explicit (forward) Euler.
 pub type ExplicitEuler = Stepper<ExplicitWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static EXPLICIT: Registration = Registration::new::<ExplicitWorkspace>(&EXPLICIT_EULER);
 
 /// Memory of a step.

@@ -12,7 +12,7 @@ use drape_solvers::Filter;
 /// Leapfrog (velocity Verlet) with Crank–Nicolson or explicit damping.
 pub type Leapfrog = Stepper<LeapfrogWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static VERLET: Registration = Registration::new::<LeapfrogWorkspace>(&LEAPFROG);
 
 impl Scheme for LeapfrogWorkspace {

@@ -12,7 +12,7 @@ use drape_model::{State, System};
 /// Symplectic Euler.
 pub type SymplecticEuler = Stepper<SymplecticWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static SYMPLECTIC: Registration = Registration::new::<SymplecticWorkspace>(&SYMPLECTIC_EULER);
 
 /// Memory of a step.

@@ -15,7 +15,7 @@ use drape_solvers::bands::bands;
 /// IMEX Euler, EEH (21).
 pub type ImexEuler = Stepper<EulerWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static EULER: Registration = Registration::controlled::<EulerWorkspace>(&IMEX_EULER);
 
 /// Memory of a step.

@@ -16,7 +16,7 @@ use drape_solvers::{Constraints, Reference, StartValue};
 /// IMEX Euler with updated CG, EEH Algorithm 1.
 pub type ImexUpdated = Stepper<UpdatedWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static UPDATED: Registration = Registration::controlled::<UpdatedWorkspace>(&IMEX_UPDATED);
 
 /// Memory of a step.

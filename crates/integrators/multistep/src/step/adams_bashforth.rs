@@ -12,7 +12,7 @@ use drape_model::{Level, State, System, Vec3};
 /// Adams–Bashforth of one to three steps, EEH (2).
 pub type AdamsBashforth = Stepper<AdamsWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static EXPLICIT_ADAMS: Registration = Registration::new::<AdamsWorkspace>(&ADAMS_BASHFORTH2);
 
 /// `a = M⁻¹ f(t, x, v)`, 0 where pinned.

@@ -13,7 +13,7 @@ use drape_model::{Level, State, System};
 /// Backward differentiation of one to three steps, with Newton's method.
 pub type Bdf = Stepper<BdfWorkspace>;
 
-/// For the registry.
+/// Entry of this method in the registry.
 pub static BACKWARD_DIFFERENTIATION: Registration = Registration::controlled::<BdfWorkspace>(&BDF2);
 
 /// `γ = 1 − 1/√2` of the L-stable Runge–Kutta method of two singly diagonally implicit stages and

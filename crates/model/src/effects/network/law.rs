@@ -20,8 +20,8 @@ pub(super) const COMPRESSION: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PieceSpec {
-    /// Strain at which the piece ends, above the end of the piece before. The last piece, and only
-    /// the last, has no end.
+    /// Strain at which the piece ends. It lies above the end of the previous piece. Only the last
+    /// piece has no end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_STRAIN))]
     pub up_to_strain: Option<f64>,
@@ -34,7 +34,7 @@ pub struct PieceSpec {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StretchLaw {
-    /// Stiffness, N/m; or else `pieces`.
+    /// Stiffness, N/m. Give either this or `pieces`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub stiffness_n_per_m: Option<f64>,
@@ -42,15 +42,16 @@ pub struct StretchLaw {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of the first piece's.
+    /// Stiffness in compression, N/m. If absent, it is the stiffness, or a tenth of the first
+    /// piece's stiffness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
 }
 
-/// Stiffness and damping of one kind of spring, each either absolute or over the mass of a
-/// particle. Piecewise-linear tension may replace the stiffness: one curve for all springs, one
-/// each for warp and weft, or a fabric.
+/// Stiffness and damping of one kind of spring. Each is given either absolutely or divided by the
+/// mass of a particle. Piecewise-linear tension may replace the stiffness: one curve for all
+/// springs, one curve each for warp and weft, or a fabric.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringLaw {
@@ -74,22 +75,24 @@ pub struct SpringLaw {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Vec<PieceSpec>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of the first piece's.
+    /// Stiffness in compression, N/m. If absent, it is the stiffness, or a tenth of the first
+    /// piece's stiffness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
-    /// A fabric with measured tension, instead of a stiffness; for tension of a grid only. Warp is
-    /// x. Every spring carries the tension per width of a strip as wide as the mesh.
+    /// A fabric with measured tension, instead of a stiffness. It is allowed for tension on a grid
+    /// only, whose warp is x. Every spring carries the tension of a strip as wide as the distance
+    /// between the springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fabric: Option<Fabric>,
-    /// Springs along the warp, which is x on a grid, instead of a stiffness; together with `weft`.
+    /// Law of the springs along the warp (x on a grid), instead of a stiffness. It requires `weft`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<StretchLaw>,
-    /// Springs along the weft, which is y on a grid; together with `warp`.
+    /// Law of the springs along the weft (y on a grid). It requires `warp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weft: Option<StretchLaw>,
-    /// Flexural rigidity, N m², of the strips of cloth that bending springs stand for. They buckle
-    /// when compressed.
+    /// Flexural rigidity, N m², of the strips of cloth that bending springs stand for. The strips
+    /// buckle when compressed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub buckling_rigidity_n_m2: Option<f64>,

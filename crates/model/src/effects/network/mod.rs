@@ -28,7 +28,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpringEffect {
-    /// Along warp and weft: the stiff part.
+    /// Along warp and weft. These springs are the stiff part.
     #[default]
     Tension,
     /// Along the diagonals of the cells.
@@ -38,7 +38,7 @@ pub enum SpringEffect {
 }
 
 impl SpringEffect {
-    /// All of them, in the order in which a system holds them.
+    /// All kinds, in the order in which a system holds them.
     pub const ALL: [SpringEffect; 3] = [Self::Tension, Self::Shear, Self::Bending];
 
     /// The name under which its energy is reported.
@@ -61,18 +61,19 @@ impl From<SpringEffect> for EffectKind {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DampingLaw {
-    /// `f_i = −c (v_i − v_j)`: linear, as in the paper. It also damps rigid rotation.
+    /// `f_i = −c (v_i − v_j)`: linear, as in the paper. This law also damps rigid rotation.
     #[default]
     Full,
-    /// `f_i = −c ûûᵀ (v_i − v_j)`: along the spring only. It leaves rigid rotation alone.
+    /// `f_i = −c ûûᵀ (v_i − v_j)`: along the spring only. It does not damp rigid rotation.
     Projected,
 }
 
-/// One spring of a frozen system. It is linear unless a key after the damping is given.
+/// One spring of a frozen system. It is linear unless one of the keys after `damping_n_s_per_m` is
+/// given.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpringSpec {
-    /// Effect that it belongs to.
+    /// Effect that the spring belongs to.
     pub effect: SpringEffect,
     /// First end.
     #[schemars(range(max = LAST_PARTICLE))]
@@ -80,7 +81,7 @@ pub struct SpringSpec {
     /// Second end.
     #[schemars(range(max = LAST_PARTICLE))]
     pub j: u32,
-    /// Rest length, m; 0 is legal.
+    /// Rest length, m; 0 is allowed.
     #[schemars(range(min = 0.0, max = MAX_COORDINATE))]
     pub rest_length_m: f64,
     /// Stiffness, N/m. If there are pieces, it is the stiffness of the first one.
@@ -90,17 +91,19 @@ pub struct SpringSpec {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub damping_n_s_per_m: f64,
-    /// Piecewise-linear tension; springs of one law share one list.
+    /// Piecewise-linear tension; empty for a spring without pieces. Springs of one law share one
+    /// list.
     #[serde(default, skip_serializing_if = "<[_]>::is_empty")]
     #[schemars(length(max = MAX_PIECES))]
     pub pieces: Arc<[PieceSpec]>,
-    /// Stiffness in compression, N/m. If absent: the stiffness, or a tenth of it if there are
+    /// Stiffness in compression, N/m. If absent, it is the stiffness, or a tenth of it if there are
     /// pieces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0, max = MAX_COEFFICIENT))]
     pub compression_stiffness_n_per_m: Option<f64>,
     /// Flexural rigidity, N m², of the strip of cloth that a bending spring stands for. The strip
-    /// buckles when compressed (Choi and Ko 2002). Until then it has the stiffness in compression.
+    /// buckles when compressed (Choi and Ko 2002). Before it buckles, the spring has its stiffness
+    /// in compression.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = MAX_COEFFICIENT))]
     pub buckling_rigidity_n_m2: Option<f64>,

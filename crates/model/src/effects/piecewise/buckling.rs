@@ -10,12 +10,12 @@
 //! ```
 //!
 //! The paper gives the formula. The polynomial comes from the cloth solver of Blender, which calls
-//! it `fb` and leaves the factor in front to the user. It deviates from the formula, whose values
-//! are 3 to 10, by at most 0.16. The code takes the polynomial.
+//! it `fb` and lets the user set the factor in front of it. The formula has values from 3 to 10;
+//! the polynomial deviates from it by at most 0.16. drape uses the polynomial.
 //!
 //! Until it buckles the strip is a spring, `T = k (L − ℓ)`. It buckles at the greatest length at
-//! which the spring would push as hard as the arc, and is an arc at all shorter lengths. A very
-//! soft spring never buckles.
+//! which the spring would push as hard as the arc. At all shorter lengths it is an arc. A very soft
+//! spring never buckles.
 //!
 //! `P` rises and is concave for `0 ≤ x ≤ 1`. So both parts of the curve rise, and the energy is
 //! convex in `L`.

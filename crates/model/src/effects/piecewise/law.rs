@@ -55,8 +55,8 @@ enum Compression {
     Buckling(Buckling),
 }
 
-/// Tension `T` (N), energy `U` (J) and slope `T'` (N/m) of a spring over its length `L`, for any
-/// rest length `ℓ`.
+/// Tension `T` (N), energy `U` (J) and slope `T'` (N/m) of a spring as functions of its length `L`
+/// (m), for any rest length `ℓ` (m).
 ///
 /// In tension the curve is piecewise linear over the strain `L/ℓ − 1`. `T` and `U` are continuous,
 /// both 0 at `L = ℓ`:
@@ -89,7 +89,7 @@ impl TensionLaw {
         self.curve.0.iter().rev().find(|piece| stretch >= rest * piece.from)
     }
 
-    /// `T(L)`, N; negative in compression.
+    /// Tension `T(L)`, N; negative in compression. `rest` and `length` are in m.
     pub fn tension(&self, rest: f64, length: f64) -> f64 {
         let stretch = length - rest;
         match (self.piece(rest, stretch), &self.compression) {
@@ -141,7 +141,7 @@ impl TensionLaw {
         self.curve.0.get(number).unwrap_or(&BEYOND)
     }
 
-    /// `T'(L)`, N/m; nowhere negative.
+    /// Slope `T'(L)`, N/m; never negative.
     pub fn slope(&self, rest: f64, length: f64) -> f64 {
         match (self.piece(rest, length - rest), &self.compression) {
             (Some(piece), _) => piece.stiffness,
@@ -150,7 +150,7 @@ impl TensionLaw {
         }
     }
 
-    /// `U(L)`, J.
+    /// Energy `U(L)`, J.
     pub fn energy(&self, rest: f64, length: f64) -> f64 {
         let stretch = length - rest;
         match (self.piece(rest, stretch), &self.compression) {
@@ -163,14 +163,15 @@ impl TensionLaw {
         }
     }
 
-    /// `T/L`, N/m: the force is this times the difference of the ends; negative in compression.
+    /// Secant stiffness `T/L`, N/m; negative in compression. The force is the secant stiffness
+    /// times the difference of the ends.
     pub fn secant(&self, rest: f64, length: f64) -> f64 {
         self.tension(rest, length) / length
     }
 
-    /// The mean `ΔU/ΔL` of the tension between two lengths, N, and its derivative by the second
-    /// one, N/m. The difference of two energies is used only between lengths on different pieces,
-    /// where it does not cancel.
+    /// The mean `ΔU/ΔL` of the tension between two lengths, N, and its derivative with respect to
+    /// `to`, N/m. The difference of two energies is used only between lengths on different pieces,
+    /// where no digits cancel.
     pub fn mean_tension(&self, rest: f64, from: f64, to: f64) -> (f64, f64) {
         let difference = to - from;
         let pieces = [from, to].map(|length| self.piece(rest, length - rest));

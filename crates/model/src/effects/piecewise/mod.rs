@@ -7,9 +7,9 @@
 //!
 //! In the split `f = −L_K x + F2(x)`, `K` is the steepest slope of the spring's curve, a constant.
 //! Then `½ K L² − U` is convex, and the energy theorem of IMEX Euler and the descent of updated CG
-//! hold as for linear springs. The price is artificial damping `h K` across and along springs that
-//! are softer at the moment. [`visit_slopes`](LinearSplit::visit_slopes) offers the present slope
-//! instead.
+//! hold as for linear springs. The price is artificial damping `h K`, across and along every spring
+//! whose present slope is below `K`. [`visit_slopes`](LinearSplit::visit_slopes) offers the present
+//! slope instead.
 
 mod buckling;
 mod law;
@@ -31,7 +31,8 @@ use drape_kernels::triples::{Triple, Triples};
 /// All springs of one effect; at least one is not linear.
 #[derive(Clone, Debug)]
 pub struct PiecewiseSprings {
-    /// Springs of the steepest stiffness of each: the linear part of the split, and the damping.
+    /// Springs with the steepest stiffness of each curve. They give the linear part of the split,
+    /// and the damping.
     majorant: LinearSprings,
     laws: Vec<TensionLaw>,
     /// Index into `laws` for each spring, in the order of the specification.

@@ -1,8 +1,8 @@
 //! Linear springs with full or projected damping: tension, shear and bending `(i, i+2)`.
 //!
-//! The reference form of the formulas stands here: loops over the springs, one after the other. A
-//! step runs one of two fast kernels with the same bits: [`sweep`] if the springs lie along few
-//! diagonals, as on regular grids, and [`batch`] otherwise. Projected damping goes by [`quartets`].
+//! This module holds the reference form of the formulas: loops over the springs, one after another.
+//! A step runs one of two fast kernels with the same bits: [`sweep`] if the springs lie along few
+//! diagonals, as on regular grids, and [`batch`] otherwise. Projected damping uses [`quartets`].
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
@@ -29,8 +29,9 @@ use drape_kernels::lanes::Four;
 use drape_kernels::triples::{Triple, Triples};
 use std::sync::Mutex;
 
-/// A spring shorter than this fraction of its rest length has no direction: `û = 0`. That is a
-/// subgradient of the length, so the energy theorem of the implicit-explicit split still holds.
+/// A spring shorter than this fraction of its rest length has no direction: `û = 0`. The zero
+/// vector is a subgradient of the length, so the energy theorem of the implicit-explicit split
+/// still holds.
 pub const COLLAPSED: f64 = 1e-12;
 
 /// One linear spring.
@@ -119,7 +120,8 @@ impl Clone for LinearSprings {
 }
 
 impl LinearSprings {
-    /// Springs of one kind. Without a damping coefficient above 0 no damping pass exists.
+    /// Springs of one kind. If no spring has a damping coefficient above 0, the effect has no
+    /// damping pass.
     pub fn new(kind: EffectKind, springs: Vec<Spring>, law: DampingLaw) -> Self {
         let damping = springs.iter().any(|s| s.damping > 0.0).then_some(law);
         let store = match Diagonals::detect(&springs) {

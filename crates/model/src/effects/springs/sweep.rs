@@ -111,7 +111,7 @@ impl Law {
     }
 }
 
-/// The forces of one effect in the form that a sweep takes.
+/// The forces of one effect, in the form that a sweep takes.
 #[derive(Clone, Copy, Debug)]
 pub enum Pass<'a> {
     /// Springs along diagonals.
@@ -233,7 +233,7 @@ impl Window {
     }
 }
 
-/// The sums of a group, one array a coordinate.
+/// The sums of a group, one array per coordinate.
 #[repr(align(64))]
 pub(super) struct Sums(pub(super) [[f64; GROUP]; 3]);
 

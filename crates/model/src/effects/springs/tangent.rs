@@ -33,18 +33,18 @@ use drape_kernels::planes::{join, split};
 pub struct Linearised<'a> {
     /// Positions at which `K` is taken, m.
     pub x: &'a [Vec3],
-    /// Which `K`.
+    /// Which second derivative of the energy `K` is.
     pub tangent: Tangent,
-    /// `σ`.
+    /// Factor `σ` of `K`.
     pub stiffness_scale: f64,
-    /// `τ`.
+    /// Factor `τ` of `D`.
     pub damping_scale: f64,
 }
 
 /// A product `K w` that a sweep computes beside the matrix.
 #[derive(Debug)]
 pub struct StiffnessProduct<'a> {
-    /// `w`, m.
+    /// The vector `w`, m; one entry per particle.
     pub w: &'a [Vec3],
     /// The vector to which `K w` is added, N.
     pub out: &'a mut [Vec3],
