@@ -18,15 +18,15 @@ const FIRST_SHARE: f64 = 0.25;
 /// A method under step size control. A call of [`step`](Integrator::step) advances by exactly the
 /// given time, in substeps whose local errors stay below the tolerance.
 ///
-/// * * **Landing.** The rest of the call is divided into equal substeps that are not longer than
+/// * **Landing.** The rest of the call is divided into equal substeps that are not longer than
 ///   the controller allows. So the last substep ends exactly at the end of the call and is not
 ///   tiny. The step size is carried over to the next call.
-/// * * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the
+/// * **Rejection.** Positions, velocities, time, history, predictor and contacts return to the
 ///   same bits as before the substep. A substep whose solver does not converge is also rejected.
-/// * * **Events.** Particles that met an obstacle have no error in that substep and no past
+/// * **Events.** Particles that met an obstacle have no error in that substep and no past
 ///   afterwards. After a change of stiffness, damping, masses or pins all particles lose their
 ///   past.
-/// * * **Limit.** If a substep shorter than 1e-9 of the call fails, or the ten-thousandth attempt
+/// * **Limit.** If a substep shorter than 1e-9 of the call fails, or the ten-thousandth attempt
 ///   fails, the rest is taken in one step. The report then says that the call did not converge.
 #[derive(Debug)]
 pub struct Adaptive<S: Rewind> {

@@ -27,9 +27,9 @@
 //!
 //! A factor is not chosen in three cases; `solver=cholesky` may still request it:
 //!
-//! * * above 60 000 rows, where the elimination order alone takes half a second;
+//! * above 60 000 rows, where the elimination order alone takes half a second;
 //! * where the matrix is rebuilt in each step, since making a factor costs 20 solves;
-//! * * with obstacles, because the factor takes account of pins only.
+//! * with obstacles, because the factor takes account of pins only.
 
 use crate::{LinearSettings, PreconditionerKind, SolverKind};
 use drape_model::System;

@@ -9,7 +9,7 @@
 //! The caller owns the [`State`]. The integrator owns its scratch memory and its history. The
 //! system does not change during a step.
 //!
-//! * * [`Integrator::prepare`] allocates; [`Integrator::step`] on one thread does not.
+//! * [`Integrator::prepare`] allocates; [`Integrator::step`] on one thread does not.
 //! * Cached operators are keyed on the bits of the step size and on
 //!   [`System::revisions`](drape_model::System::revisions). When one of them changes, the operators
 //!   are rebuilt in place, and the report of that step counts the rebuild by its [cause](Setups). A

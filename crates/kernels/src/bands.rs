@@ -18,7 +18,7 @@
 //! * The scheduler may let two threads take turns on one processor beside an idle one, for a tenth
 //!   of a second or for a whole run. A `Team` that uses all processors binds each thread to one of
 //!   them.
-//! * * Cores share the path to memory. If vectors do not stay in caches, the number of reads and
+//! * Cores share the path to memory. If vectors do not stay in caches, the number of reads and
 //!   writes limits the speed, whatever the number of threads.
 //!
 //! The table shows the gain of two threads over one for IMEX Euler on 316 × 316 particles: medians

@@ -24,7 +24,7 @@
 //!   flight of a few steps does not count as a bounce: a particle that was in contact a few steps
 //!   ago stays in contact. Otherwise gravity would undo the rebound in every step, and a particle
 //!   with `e > 0` would never come to rest.
-//! * * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
+//! * **Several obstacles.** The contacts of a particle are taken in the order of their targets,
 //!   greatest first, as long as their normals are independent. One contact leaves the particle a
 //!   plane to move in, two contacts a line, three contacts a point. If obstacles contradict each
 //!   other (opposite normals), the deeper penetration wins.
@@ -58,7 +58,7 @@
 //!   a single particle this is exactly Coulomb's law. Particles that slide side by side see in
 //!   `p_t` that their neighbours stick, so they meet the cone only approximately. Sliding never
 //!   reverses, and friction always takes energy.
-//! * * **Round surfaces.** A particle that slides along the tangent of a sphere leaves the sphere,
+//! * **Round surfaces.** A particle that slides along the tangent of a sphere leaves the sphere,
 //!   by half the square of its displacement over the radius. If the contact ended there, the
 //!   particle would fly for a step without friction, and again after each return: a sheet on a ball
 //!   would creep off at large steps. So a contact with friction persists while the gap is at most
@@ -68,7 +68,7 @@
 //!   sliding. Methods that move positions by the old velocities use the velocity at the end of the
 //!   step for this decision ([`hold_gaps`](ContactSet::hold_gaps)), because the old velocity always
 //!   leads away from a round surface.
-//! * * **Several obstacles.** Friction holds the directions that the independent normals leave
+//! * **Several obstacles.** Friction holds the directions that the independent normals leave
 //!   free. Its limit is `Σ μ_k λ_k`, and it acts relative to the first obstacle with friction.
 //!
 //! With speculative detection, a contact also begins if `v_n` would carry the particle inside the
