@@ -18,7 +18,6 @@ pub(super) const CLAIM: Claim = Claim {
         "time at 1e10 for ",
         "time at 4e6 n = 1600 for ",
         "time at 4e8 n = 1600 for ",
-        "time at 2.5e7 n = 10000 for ",
         "time at 2.5e9 n = 10000 for ",
         "time at 1e6 with a ball for ",
         "time at 1e8 with a ball for ",
