@@ -107,7 +107,7 @@ fn every_scene_has_every_method_but_those_that_refuse_it() {
     }
 }
 
-/// Most forms in which a comparison runs a method: equal tuning for all.
+/// Most forms in which a comparison may run a method. Few methods use a fourth of them.
 const MOST_FORMS: usize = 24;
 
 #[test]

@@ -2,13 +2,11 @@
 //! them.
 
 use super::evidence::{Evidence, Missing};
-use super::{Judgement, Ruling, told};
+use super::{Judgement, told};
 use std::ops::Not;
 
 /// A method is among the first if at most one other is ahead of it.
-pub(crate) const FIRST: usize = 2;
-/// A reference ranks methods by an error if its own doubt is at most this share of the error.
-pub(crate) const TRUSTED: f64 = 1.0 / 3.0;
+pub(super) const FIRST: usize = 2;
 
 /// A sheet on which methods compete: the hanging sheet of the study `work-precision`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,17 +50,6 @@ impl Ground {
         let Self { stiffness, side, .. } = self;
         let size = if *side == 20 { String::new() } else { format!(" n = {}", side * side) };
         format!("{stiffness:e}{damping}{size}{ball}")
-    }
-
-    /// What the doubt of its reference is called: the distance between two references.
-    pub(crate) fn doubt(&self) -> String {
-        format!("doubt of the reference at {}", self.name())
-    }
-
-    /// What is recorded of a contest that ended before it was decided: the time up to which methods
-    /// were tried.
-    pub(crate) fn open(&self, level: f64) -> String {
-        format!("all tried at {} for {level:e} up to", self.name())
     }
 
     /// What the effort of a method for an error is called.
@@ -116,10 +103,7 @@ impl<'a> Place<'a> {
 /// The places of one method in several contests.
 pub(super) struct Places<'a> {
     method: &'a str,
-    /// Of the contests that are decided.
     all: Vec<(String, Place<'a>)>,
-    /// Contests that rank nobody: the reference is in doubt, or the work for it at an end.
-    open: usize,
 }
 
 impl<'a> Places<'a> {
@@ -129,19 +113,14 @@ impl<'a> Places<'a> {
         grounds: &[Ground],
         levels: &[f64],
     ) -> Result<Self, Missing> {
-        let (mut all, mut open) = (Vec::new(), 0);
+        let mut all = Vec::new();
         for ground in grounds {
-            let doubt = evidence.value(&ground.doubt())?;
             for &level in levels {
-                if doubt > TRUSTED * level || evidence.value(&ground.open(level)).is_ok() {
-                    open += 1;
-                    continue;
-                }
                 let at = format!("{level:e} at k/m = {}", ground.name());
                 all.push((at, Place::of(evidence, ground, level, method)?));
             }
         }
-        Ok(Self { method, all, open })
+        Ok(Self { method, all })
     }
 
     fn count(&self, is_meant: impl Fn(&Place<'a>) -> bool) -> usize {
@@ -162,14 +141,10 @@ impl<'a> Places<'a> {
 
     /// How often it is among the first, as a part of a sentence.
     pub(super) fn told(&self) -> String {
-        let Self { method, all, open } = self;
+        let Self { method, all } = self;
         let (among, first) = (self.count(Place::is_among_first), self.count(Place::is_first));
-        let undecided = match open {
-            0 => String::new(),
-            open => format!(" ({open} more are undecided)"),
-        };
         format!(
-            "`{method}` is among the first two in {among} of {} cases, first in {first}{undecided}",
+            "`{method}` is among the first two in {among} of {} cases, first in {first}",
             all.len()
         )
     }
@@ -189,8 +164,6 @@ impl<'a> Places<'a> {
 }
 
 /// Reason of a claim about places: how often each method is among the first, and the worst case.
-/// The claim is one about all contests: one of them refutes it, and it does not hold while one is
-/// undecided.
 pub(super) fn judgement(is_met: bool, places: &[Places<'_>]) -> Judgement {
     let told: Vec<_> = places.iter().map(Places::told).collect();
     let worst: Vec<_> = places.iter().filter_map(Places::worst).collect();
@@ -199,16 +172,12 @@ pub(super) fn judgement(is_met: bool, places: &[Places<'_>]) -> Judgement {
         let worst = worst.join("; ");
         reason = format!("{reason} Farthest behind: {worst}.");
     }
-    let judgement = Judgement::new(is_met, reason);
-    if is_met && places.iter().any(|places| places.open > 0) {
-        return Judgement { verdict: Ruling::Undecided, ..judgement };
-    }
-    judgement
+    Judgement::new(is_met, reason)
 }
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::{Claim, Number};
+    use super::super::{Claim, Number, Ruling};
     use super::*;
 
     /// A sheet, an error, and the efforts there.
@@ -235,7 +204,6 @@ pub(super) mod tests {
     ) -> Vec<Number> {
         let mut numbers = Vec::new();
         for (g, ground) in grounds.iter().enumerate() {
-            numbers.push(Number::new(ground.doubt(), 1e-9, ""));
             for (l, &level) in levels.iter().enumerate() {
                 let other = changed.filter(|(at, of, _)| (*at, *of) == (g, l));
                 let efforts = other.map_or(efforts, |(.., efforts)| efforts);
@@ -265,29 +233,6 @@ pub(super) mod tests {
         assert_eq!(place(&[("a", f64::INFINITY), ("b", 1.0)]).0, None);
         assert_eq!(place(&[("b", 1.0)]).1, "nothing is recorded");
         assert_eq!(place(&[("a", 1.0)]), (Some(1), "a".to_owned(), 1.0 / f64::MAX));
-    }
-
-    /// A contest whose reference is in doubt, or that was left, ranks nobody: others still refute.
-    #[test]
-    fn a_contest_in_doubt_is_undecided_and_does_not_rank() {
-        let other = Ground::light(1e6);
-        let ruled = |doubt: f64, rival: f64, left: Option<f64>| {
-            let mut all =
-                numbers(&[GROUND], &[0.1], &[("a", 1.0), ("b", rival), ("c", rival)], None);
-            all.extend(numbers(&[other], &[0.1], &[("b", 1.0), ("c", 1.0), ("a", 2.0)], None));
-            for number in all.iter_mut().filter(|number| number.what == other.doubt()) {
-                number.value = doubt;
-            }
-            all.extend(left.map(|time| Number::new(other.open(0.1), time, "s")));
-            let places = Places::of(Evidence::new(&all), "a", &[GROUND, other], &[0.1]);
-            let places = places.unwrap_or_else(|_| panic!("a number is missing"));
-            let judgement = judgement(places.are_all_among_first(), &[places]);
-            (judgement.verdict, judgement.reason.contains("1 more are undecided"))
-        };
-        assert_eq!(ruled(0.033, 2.0, None), (Ruling::Fails, false));
-        assert_eq!(ruled(0.034, 2.0, None), (Ruling::Undecided, true));
-        assert_eq!(ruled(0.0, 2.0, Some(0.5)), (Ruling::Undecided, true));
-        assert_eq!(ruled(0.034, 0.5, None), (Ruling::Fails, true));
     }
 
     #[test]

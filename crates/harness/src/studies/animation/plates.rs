@@ -74,8 +74,8 @@ const FRAMES: &str = "Choose the panel of your fabric and find the error that yo
     methods that stand still, gain energy or exceed the budget with every number of calls that was \
     tried.";
 
-const MAP: &str = "Where the colour changes, implicit methods (yellow) take over from explicit ones \
-                   (blue), or the reverse. Each place names the method with the least time a frame \
+const MAP: &str = "Where blue turns to yellow, perhaps over white, implicit methods take over from \
+    explicit ones. Each place names the method with the least time a frame \
     for an error, on one core. A row is a scene at 60 frames a second, or at the rate that it \
     names; a column an error: of the shape where the cloth hangs, of the particles at 0.3 s \
     elsewhere, and none after seconds on a ball or in the wind. White: methods tie, and two are named. \

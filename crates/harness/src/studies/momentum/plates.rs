@@ -118,8 +118,13 @@ fn spin(input: &Input) -> Option<Sheet> {
     let (mut panels, mut steady) = (Vec::new(), Vec::new());
     for family in families(rows().map(identity)) {
         let is_its = |row: &&Row| family.members.iter().any(|(label, _)| *label == row.label);
+        // A run that ended early shows where it did.
+        let is_whole = scenes.iter().all(|scene| {
+            let mut own = rows_of(input, scene).filter(is_its);
+            own.all(|row| row.spin.len() == scene.time_s.len())
+        });
         let mut spins = rows().filter(is_its).flat_map(|row| &row.spin);
-        if spins.all(|spin| libm::fabs(spin - 1.0) <= STEADY) {
+        if is_whole && spins.all(|spin| libm::fabs(spin - 1.0) <= STEADY) {
             steady.push(family.title.to_lowercase());
             continue;
         }

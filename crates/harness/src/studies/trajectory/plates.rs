@@ -20,8 +20,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "trajectory-map.svg",
         title: "Which method follows the motion at least cost, by stiffness and damping",
-        caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
-                  explicit ones (blue), or the reverse. Each place names the method with the least \
+        caption: "Where blue turns to yellow along a row, perhaps over white, implicit methods \
+            take over from explicit ones. Each place names the method with the least \
             modelled time for an error of the trajectory; a row is a damping and an error, a \
             column a stiffness over mass. White: methods tie, and two are named. \u{201c}noise\u{201d}: a \
             start that differs by 1 µm moves the end by more than half of that error. \

@@ -70,8 +70,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "work-precision-map.svg",
         title: "Which method is the cheapest",
-        caption: "Where the colour changes along a row, implicit methods (yellow) take over from \
-                  explicit ones (blue), or the reverse. Each place names the method with the \
+        caption: "Where blue turns to yellow along a row, perhaps over white, implicit methods \
+            take over from explicit ones. Each place names the method with the \
             least modelled time for an error; a row is a scene, a damping and an error, a column \
             a stiffness over mass. White: methods tie, and two are named. Empty: not run, or no \
             run within the budget gets there.",

@@ -1,12 +1,12 @@
 //! Contests: which method reaches an error in the least modelled time on a sheet of the study
 //! `work-precision`.
 //!
-//! The budget of a run, in modelled time, grows until three methods reach every error within it, or
-//! until the place of a method is decided. So what is recorded is exact, and what is far behind is
-//! given up early. A form whose run is exact enough is not run finer.
+//! The budget of a run, in modelled time, grows until three methods reach every error within it. So
+//! the first three are exact,
+//! and what is far behind is given up early. A form whose run is exact enough is not run finer.
 
 use crate::HarnessError;
-use crate::claims::places::{FIRST, Ground, TRUSTED};
+use crate::claims::places::Ground;
 use crate::cost::prices;
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
@@ -16,7 +16,6 @@ use crate::studies::work_precision::run::scenes::{Case, SPAN, Setting, Shape};
 use crate::studies::work_precision::run::variants::{DOP853, VARIANTS, Variant};
 use drape_integrator::PrepareError;
 use drape_model::{ObstacleSpec, State, System, SystemSpec, TimeSpan};
-use drape_report::Verdict;
 use rayon::prelude::*;
 
 /// Light damping over mass, 1/s.
@@ -31,11 +30,6 @@ const GROWTH: f64 = 4.0;
 /// Runs may cost so many times what counts in a round: a run whose cost can only be guessed is not
 /// begun where the guess is beyond the budget.
 const SLACK: f64 = 1.6;
-/// Most modelled time of all runs of a contest that decides a place, s.
-const MOST_OF_ALL: f64 = 60.0;
-/// Most radians of the fastest oscillation, times springs and particles, of a reference that is
-/// computed. Some such sheets would take minutes, and their folds magnify the error of any reference.
-const MOST_OF_REFERENCE: f64 = 1e10;
 /// The ball: its highest point is 0.05 m below the middle of the sheet.
 const BALL: ([f64; 3], f64) = ([0.0, 0.0, -0.25], 0.2);
 
@@ -45,11 +39,8 @@ pub(super) struct Contest {
     ground: Ground,
 }
 
-/// A form with its runs so far.
-type Tried = (&'static Variant, Option<Row>);
-
 /// The least modelled time of a method for an error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct Effort {
     method: String,
     seconds: f64,
@@ -79,48 +70,27 @@ impl Contest {
         Ok(Simulation { system, state })
     }
 
-    /// Whether its reference can be had.
-    pub(super) fn is_in_reach(ground: &Ground) -> Result<bool, HarnessError> {
-        let (spec, case) = (spec(ground)?, case(ground));
-        let visits = (spec.springs.len() + spec.particles.mass_kg.len()) as f64;
-        Ok(SPAN * case.greatest_frequency() * visits <= MOST_OF_REFERENCE)
-    }
-
-    /// The forms that are meant, before they have run.
-    fn forms(is_meant: impl Fn(&Variant) -> bool) -> Vec<Tried> {
+    /// The runs of the forms that are meant, up to a modelled time. A form's runs end at the visits
+    /// that take at least this time at its prices.
+    fn rows(
+        &self,
+        budget: f64,
+        is_meant: impl Fn(&Variant) -> bool,
+    ) -> Result<Vec<Row>, HarnessError> {
         let of_methods = |form: &&Variant| form.method != DOP853 && is_meant(form);
-        VARIANTS.iter().filter(of_methods).map(|form| (form, None)).collect()
-    }
-
-    /// Whether a longer budget lets a form run finer.
-    fn is_unfinished((_, row): &&Tried) -> bool {
-        let last = row.as_ref().map(|row| row.runs.last().map(|run| run.verdict));
-        last.is_none_or(|verdict| verdict == Some(Verdict::OverBudget))
-    }
-
-    /// Runs the forms up to a modelled time, or on to it. A form's runs end at the visits that take
-    /// at least this time at its prices. Forms that refuse the sheet leave the list.
-    fn run(&self, forms: &mut Vec<Tried>, budget: f64) -> Result<(), HarnessError> {
-        let run = |tried: &Tried| {
-            let (form, row) = tried;
+        let forms: Vec<&Variant> = VARIANTS.iter().filter(of_methods).collect();
+        let run = |form: &&Variant| {
             let mut setting = self.setting.clone();
             let ns_a_visit = prices().of(form.method).least_ns_a_visit;
             setting.case.budget = SLACK * 1e9 * budget / ns_a_visit;
-            let runs = match row {
-                Some(row) if !Self::is_unfinished(&tried) => {
-                    return Ok(Some((*form, Some(row.clone()))));
-                }
-                Some(row) => row.runs.clone(),
-                None => Vec::new(),
-            };
-            match setting.row_after(runs, form, None) {
+            match setting.row(form, None) {
                 Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
-                row => row.map(|row| Some((*form, Some(row)))),
+                row => row.map(Some),
             }
         };
-        let all: Result<Vec<_>, HarnessError> = forms.par_iter().with_max_len(1).map(run).collect();
-        *forms = all?.into_iter().flatten().collect();
-        Ok(())
+        let rows: Result<Vec<_>, HarnessError> =
+            forms.par_iter().with_max_len(1).map(run).collect();
+        Ok(rows?.into_iter().flatten().collect())
     }
 
     /// The modelled times of the named methods and of the three fastest, for each error.
@@ -135,79 +105,24 @@ impl Contest {
     ) -> Result<Vec<Number>, HarnessError> {
         let is_named = |form: &Variant| named.contains(&id(form.method));
         self.setting.enough = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut own = Self::forms(|form| is_named(form) && is_meant(form));
-        self.run(&mut own, most)?;
-        let mut others = Self::forms(|form| !is_named(form) && is_meant(form));
-        let mut budget = self.first_budget().min(most);
+        let own = self.rows(most, |form| is_named(form) && is_meant(form))?;
+        let mut budget = (FIRST_BUDGET * self.setting.scene.particles as f64 / USUAL).min(most);
         loop {
-            self.run(&mut others, budget)?;
-            let all: Vec<_> = levels.iter().map(|&l| efforts(&[&own, &others], l)).collect();
-            let known = |all: &Vec<Effort>| within(all, budget).count() >= RECORDED;
+            let mut rows = self.rows(budget, |form| !is_named(form) && is_meant(form))?;
+            rows.extend(own.iter().cloned());
+            let all: Vec<Vec<Effort>> = levels.iter().map(|&level| efforts(&rows, level)).collect();
+            let known = |efforts: &Vec<Effort>| {
+                efforts.iter().filter(|effort| effort.seconds <= budget).count() >= RECORDED
+            };
             if budget >= most || all.iter().all(known) {
                 let of_level = levels.iter().zip(&all);
                 let numbers = of_level.map(|(&level, all)| self.numbers(named, level, all));
-                return Ok(numbers.flatten().chain([self.doubt()]).collect());
+                let doubt = format!("doubt of the reference at {}", self.ground.name());
+                let doubt = Number::new(doubt, self.setting.scene.reference_error, "");
+                return Ok(numbers.flatten().chain([doubt.of_machine()]).collect());
             }
             budget = (GROWTH * budget).min(most);
         }
-    }
-
-    /// The modelled times that decide the place of a method, for each error that the reference can
-    /// tell: its own, and those of methods ahead of it. It ends as soon as two are ahead, or nobody
-    /// can be any more, and at [`MOST_OF_ALL`]. Errors that are not decided then are noted as open.
-    pub(super) fn places(
-        &mut self,
-        named: &str,
-        levels: &[f64],
-        most: f64,
-        is_meant: impl Fn(&Variant) -> bool,
-    ) -> Result<Vec<Number>, HarnessError> {
-        let doubt = self.setting.scene.reference_error;
-        let levels: Vec<_> =
-            levels.iter().copied().filter(|level| doubt <= TRUSTED * level).collect();
-        let mut numbers = vec![self.doubt()];
-        if levels.is_empty() {
-            return Ok(numbers);
-        }
-        self.setting.enough = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut own = Self::forms(|form| id(form.method) == named && is_meant(form));
-        self.run(&mut own, most)?;
-        let mut others = Self::forms(|form| id(form.method) != named && is_meant(form));
-        let (mut tried, mut budget) = (0.0, self.first_budget());
-        loop {
-            let all: Vec<_> = levels.iter().map(|&l| efforts(&[&own, &others], l)).collect();
-            // Up to this time others may come ahead; the error that is decided soonest comes first.
-            let needed = all.iter().filter_map(|all| undecided(named, all, tried));
-            let Some(needed) = needed.reduce(f64::min) else { break };
-            budget = budget.min(needed);
-            let unfinished = others.iter().filter(Self::is_unfinished).count();
-            if seconds(&own) + seconds(&others) + SLACK * budget * unfinished as f64 > MOST_OF_ALL {
-                break;
-            }
-            self.run(&mut others, budget)?;
-            tried = budget;
-            budget = GROWTH * tried;
-        }
-        for &level in &levels {
-            let all = efforts(&[&own, &others], level);
-            if undecided(named, &all, tried).is_some() {
-                numbers.push(Number::new(self.ground.open(level), tried, "s"));
-                continue;
-            }
-            // What took longer than all were tried may be behind others.
-            let sure = all.into_iter().filter(|e| e.method == named || e.seconds <= tried);
-            numbers.extend(self.numbers(&[named], level, &sure.collect::<Vec<_>>()));
-        }
-        Ok(numbers)
-    }
-
-    /// Of the first round, s.
-    fn first_budget(&self) -> f64 {
-        FIRST_BUDGET * self.setting.scene.particles as f64 / USUAL
-    }
-
-    fn doubt(&self) -> Number {
-        Number::new(self.ground.doubt(), self.setting.scene.reference_error, "").of_machine()
     }
 
     fn numbers(&self, named: &[&str], level: f64, efforts: &[Effort]) -> Vec<Number> {
@@ -262,33 +177,12 @@ fn id(method: &str) -> &str {
     method.split(':').next().unwrap_or(method)
 }
 
-/// Those of at most so many seconds.
-fn within(efforts: &[Effort], seconds: f64) -> impl Iterator<Item = &Effort> {
-    efforts.iter().filter(move |effort| effort.seconds <= seconds)
-}
-
-/// The time up to which others must be tried to decide the place of a method, where all were tried
-/// up to `tried` seconds; `None` where it is decided. A method that does not reach the error has no
-/// place.
-fn undecided(named: &str, efforts: &[Effort], tried: f64) -> Option<f64> {
-    let own = efforts.iter().find(|effort| effort.method == named)?.seconds;
-    let ahead = within(efforts, tried).filter(|effort| effort.seconds < own).count();
-    (own > tried && ahead < FIRST).then_some(own)
-}
-
-/// Modelled time of all runs, s.
-fn seconds(forms: &[Tried]) -> f64 {
-    let rows = forms.iter().filter_map(|(_, row)| row.as_ref());
-    rows.flat_map(|row| &row.runs).map(|run| run.modelled_s).sum()
-}
-
 /// The least time of each method whose runs reach an error, the least first. Of equal times the
 /// methods stand in the order of the registry.
-fn efforts(forms: &[&[Tried]], level: f64) -> Vec<Effort> {
-    let rows = || forms.iter().copied().flatten().filter_map(|(_, row)| row.as_ref());
+fn efforts(rows: &[Row], level: f64) -> Vec<Effort> {
     let mut efforts: Vec<Effort> = Vec::new();
     for method in crate::methods::all() {
-        let own = rows().filter(|row| id(&row.method) == method.id);
+        let own = rows.iter().filter(|row| id(&row.method) == method.id);
         efforts.extend(cheapest(own, level).map(|(_, run)| Effort {
             method: method.id.to_owned(),
             seconds: run.modelled_s,
@@ -297,26 +191,4 @@ fn efforts(forms: &[&[Tried]], level: f64) -> Vec<Effort> {
     }
     efforts.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     efforts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_place_is_decided_when_two_are_ahead_or_nobody_can_be() {
-        let effort = |(method, seconds): &(&str, f64)| Effort {
-            method: (*method).to_owned(),
-            seconds: *seconds,
-            is_portable: true,
-        };
-        let of = |efforts: &[(&str, f64)], tried| {
-            undecided("a", &efforts.iter().map(effort).collect::<Vec<_>>(), tried)
-        };
-        assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 2.0), Some(4.0), "a third may lie between");
-        assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 4.0), None, "it is second");
-        assert_eq!(of(&[("b", 1.0), ("c", 2.0), ("a", 4.0)], 2.0), None, "two are ahead");
-        assert_eq!(of(&[("b", 1.0), ("c", 3.0), ("a", 4.0)], 2.0), Some(4.0), "c is not sure");
-        assert_eq!(of(&[("b", 1.0)], 0.0), None, "it does not reach the error");
-    }
 }
