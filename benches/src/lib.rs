@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::path::Path;
 
-/// Where a measurement comes from. A bench is built and run in one go, so the source is as it is now.
+/// Where a measurement that begins now comes from: a bench is built and run in one go.
 pub fn provenance() -> Provenance {
     let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
     drape_harness::provenance(&source, BTreeMap::new())

@@ -101,7 +101,9 @@ impl Implicit {
         for effect in self.effects(system) {
             effect.visit_pairs(&mut |i, j| pairs.push((i, j)));
         }
-        BlockMatrix::new(system.len(), coupling, pairs)
+        let mut matrix = BlockMatrix::new(system.len(), coupling, pairs);
+        matrix.set_threads(system.threads());
+        matrix
     }
 
     /// Writes `K w` at `x` to `out`, N for `w` in m, in one sweep over the springs and without a

@@ -137,6 +137,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
     let hashes: Result<BTreeMap<_, _>, PeersError> =
         peers.iter().map(|(peer, path)| Ok((peer.name.to_owned(), executable(path)?))).collect();
     let about = folder.and_then(|folder| std::fs::read_to_string(folder.join("about.txt")).ok());
+    let provenance = provenance();
     let mut rows = vec![Row::Setup(Setup { core, peers_sha256: hashes?, about })];
     let plans = plans(&peers, cli.largest, cli.rounds);
     for plan in &plans {
@@ -156,7 +157,7 @@ fn compare(cli: &Cli) -> Result<(), PeersError> {
         experiment: "peers".to_owned(),
         method: METHOD.to_owned(),
         rows,
-        provenance: provenance(),
+        provenance,
     };
     write_json(&cli.out, &timings)?;
     let page = table::page(&timings, &plans);

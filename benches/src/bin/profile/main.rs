@@ -117,6 +117,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let provenance = provenance();
     let ids: Vec<_> = methods::all().map(|method| method.id).collect();
     let profiles = rounds(cli, &ids, STIFFNESS)?;
     let mut converged = Vec::new();
@@ -127,7 +128,6 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     for id in LARGE {
         converged.push(profile(id, cli.large, LARGE_STIFFNESS, cli.seconds)?);
     }
-    let provenance = provenance();
     let mut text = table::text(&Machine::measure(), &profiles, &provenance.cpu);
     text += &table::converged(&converged, peak_memory());
     text += &elements::text(&elements);

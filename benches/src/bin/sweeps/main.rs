@@ -79,6 +79,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let provenance = provenance();
     let mut all = Vec::new();
     let mut package = String::new();
     for &side in &cli.sides {
@@ -96,7 +97,6 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
         package = newton.package.clone();
         all.push(times);
     }
-    let provenance = provenance();
     let mut text = table(&all, &package, &provenance.cpu, cli.rounds);
     let _ = writeln!(text, "\n{}.", origin(&provenance));
     write_atomically(&cli.out, text.as_bytes())?;

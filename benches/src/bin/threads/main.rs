@@ -98,6 +98,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
+    let provenance = provenance();
     let (mut comparisons, mut others) = (Vec::new(), Vec::new());
     let mut speeds = Vec::new();
     for &threads in &cli.threads {
@@ -110,7 +111,7 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
             others.push(compare(cli, method, side, threads)?);
         }
     }
-    let text = table::text(&provenance(), &speeds, &comparisons, &others);
+    let text = table::text(&provenance, &speeds, &comparisons, &others);
     write_atomically(&cli.out, text.as_bytes())?;
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;

@@ -30,7 +30,7 @@
 //! * **Order and stability.** Order 1, and L-stable on linear problems: on the oscillator the
 //!   amplification matrix is `1/(1+θ+η) · [[1+η, 1], [−θ, 1]]`.
 //! * **Conservation.** Linear momentum is conserved, to round-off with `solver=cholesky` and to the
-//!   tolerance of the solve with the default solver: because the sum of a residual over the
+//!   tolerance of the solve with the default solver, because the sum of a residual over the
 //!   particles is a momentum. The angular momentum of one spring obeys
 //!   `L_{n+1} = L_n / (1 + θ (1 − ℓ/len_{n+1}))`: this angular momentum decays in tension and
 //!   *grows in compression*. So backward Euler is **not** energy monotone. It guarantees

@@ -42,7 +42,7 @@
 //!   `consistent` does nothing.
 //! * **`inverse_dynamics=true`** shortens over-stretched springs after the step like Provot
 //!   ([`drape_integrator::ElongationLimit`]). The velocity is always the distance moved over `h`.
-//! * **Contacts** act on the resulting velocity, particle by particle: because the inverse is that
+//! * **Contacts** act on the resulting velocity, particle by particle, because the inverse is that
 //!   of the free cloth.
 //!
 //! The order is 1, and momentum is conserved. With `torque=none`, full damping, no contacts and not

@@ -135,10 +135,11 @@ impl BlockMatrix {
     /// # Panics
     /// When the other matrix has another number of blocks.
     pub fn copy_from(&mut self, other: &Self) {
-        match (&mut self.layout, &other.layout) {
-            (Layout::Rows(own), Layout::Rows(other)) => own.copy_from(other),
-            (own, other) => *own = other.clone(),
+        if let (Layout::Rows(own), Layout::Rows(other)) = (&mut self.layout, &other.layout) {
+            return own.copy_from(other);
         }
+        self.layout = other.layout.clone();
+        self.set_bands(self.bands);
     }
 
     /// Adds `block` to diagonal block `i`. The sum of all added blocks must be symmetric.

@@ -10,6 +10,7 @@ use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
     At, Axis, Draft, Look, Matrix, Point, Row, Rule, Series, Shade, Sheet, State, Tile, panels_of,
 };
+use std::collections::BTreeSet;
 
 /// What the figures are drawn from.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
@@ -71,8 +72,7 @@ const FRAMES: &str = "Choose the panel of your fabric and find the error that yo
     of its forms and of its numbers of calls a frame. In colour: the methods that no other beats in \
     most panels; grey: all others, which the table `animation-cheapest.svg` names. Grey area: below \
     the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above a panel: \
-    methods that stand still, gain energy or exceed the budget with every number of calls that was \
-    tried.";
+    methods without a sound run, under each way in which their runs fail.";
 
 const MAP: &str = "Where blue turns to yellow, perhaps over white, implicit methods take over from \
     explicit ones. Each place names the method with the least time a frame \
@@ -197,20 +197,21 @@ fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     methods
 }
 
-/// Methods that have no sound run on a scene, each with the sign of the mildest of its verdicts.
+/// Methods that have no sound run on a scene, with a sign of each way in which their runs fail.
 fn without_curve<'a>(input: &'a Input, scene: &Scene) -> Vec<(String, &'a str)> {
     let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
-    let fault_of = |method: &'a str| {
-        let verdicts: Vec<Verdict> =
-            own().filter(|run| id(run) == method).map(|run| run.verdict).collect();
-        (!verdicts.contains(&Verdict::Stable)).then(|| (fault(&verdicts).text, method))
+    let faults_of = |method: &'a str| {
+        let its = || own().filter(move |run| id(run) == method).map(|run| run.verdict);
+        let is_sound = its().any(|verdict| verdict == Verdict::Stable);
+        let signs: BTreeSet<String> = its().map(|verdict| fault(&[verdict]).text).collect();
+        signs.into_iter().filter(move |_| !is_sound).map(move |sign| (sign, method))
     };
-    methods(own()).into_iter().filter_map(fault_of).collect()
+    methods(own()).into_iter().flat_map(faults_of).collect()
 }
 
 /// Names behind their signs, a line a sign.
 fn by_sign(faults: &[(String, &str)]) -> Vec<String> {
-    let signs = ["L", "↓", "✗", ">", "–"].into_iter();
+    let signs = ["L", "✗", ">", "–"].into_iter();
     let line = |sign: &str| {
         let own = faults.iter().filter(|(other, _)| other == sign);
         let names: Vec<&str> = own.map(|(_, method)| *method).collect();
@@ -270,8 +271,8 @@ fn frames(input: &Input) -> Option<Sheet> {
     let common = faults.first().into_iter().flatten().filter(|fault| is_everywhere(fault));
     let common = by_sign(&common.cloned().collect::<Vec<_>>());
     if faults.iter().any(|own| !own.is_empty()) {
-        let signs = "L stands still, ✗ gains energy, > exceeds the budget of work, – refuses.";
-        sheet.notes.push(format!("Above a panel, methods without a curve in it: {signs}"));
+        let signs = "L stand still, ✗ gain energy, > exceed the budget of work, – are refused.";
+        sheet.notes.push(format!("Above a panel, methods without a sound run; their runs {signs}"));
     }
     if !common.is_empty() {
         sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
