@@ -109,6 +109,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("regret-ratio", regret[1].clone()),
         ("ties", format!("{ties} of {}", decided.len())),
         ("winners", winner_table(&motions)),
+        ("forms", form_table(&motions)),
         ("imex-euler-kept", kept("imex-euler")?),
         ("imex-updated-kept", kept("imex-updated")?),
         ("time-to-1-percent", times(&timings)),
@@ -211,6 +212,27 @@ fn winner_table(facts: &Facts) -> String {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "| {damping} | {} | {} |", power(*stiffness), cells.join(" | "));
         }
+    }
+    text + "\n"
+}
+
+/// The settings of the forms that win, as the command takes them.
+fn form_table(facts: &Facts) -> String {
+    let mut text = "\n\n| form | `--method` |\n|---|---|\n".to_owned();
+    let wins = |label: &str| facts.winners.iter().any(|w| w.label.as_deref() == Some(label));
+    let mut known: Vec<&str> = Vec::new();
+    for row in &facts.rows {
+        let is_plain = row.label == row.method && row.knob == "steps";
+        if is_plain || known.contains(&&*row.label) || !wins(&row.label) {
+            continue;
+        }
+        known.push(&row.label);
+        let more = match row.knob.as_str() {
+            "steps" => String::new(),
+            knob => format!(", with `{knob}` varied"),
+        };
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| {} | `{}`{more} |", row.label, row.method);
     }
     text + "\n"
 }

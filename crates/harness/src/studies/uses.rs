@@ -131,13 +131,12 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
     };
     let near = least[1..].iter().take_while(|(_, other)| *other <= TIE * time);
     let near: Vec<_> = near.map(|(run, _)| format!("`{}`", method(&run.label))).collect();
-    let name = method(&first.label);
-    let form = if first.label == name { String::new() } else { format!(" ({})", first.label) };
     let steps = match first.substeps {
         1 => "1 step a frame".to_owned(),
         more => format!("{more} steps a frame"),
     };
-    let take = format!("`{name}`{form}, {steps}{}", ties("tie", &near));
+    let of = format!("{} particles", scene.particles);
+    let take = format!("`{}`, {steps} ({of}){}", first.method, ties("tie", &near));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
@@ -146,7 +145,25 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
 }
 
 /// The form that is nearest to the cheapest on every round table.
+struct Rest {
+    /// The form with its settings.
+    form: String,
+    /// The labels of others that are as near.
+    near: Vec<String>,
+    /// The most that it takes over the least time on a table.
+    ratio: f64,
+    why: String,
+}
+
+/// The form for the way to rest; `None` where no form comes to rest on all tables.
 fn at_rest(results: &Path) -> Result<(String, String), String> {
+    Ok(nearest_at_rest(results)?.map_or_else(
+        || ("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()),
+        |rest| (format!("`{}`{}", rest.form, ties("near", &rest.near)), rest.why),
+    ))
+}
+
+fn nearest_at_rest(results: &Path) -> Result<Option<Rest>, String> {
     use rest::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "rest")?;
     let timings: Vec<TimingRow> = timings(results, "rest")?;
@@ -174,11 +191,9 @@ fn at_rest(results: &Path) -> Result<(String, String), String> {
     labels.dedup();
     labels.retain(|label| ratio(label).is_finite());
     labels.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
-    let Some(first) = labels.first() else {
-        return Ok(("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()));
-    };
+    let Some(first) = labels.first() else { return Ok(None) };
     let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
-    let near: Vec<_> = near.take(4).map(|label| format!("`{label}`")).collect();
+    let near = near.take(4).map(|label| format!("`{label}`")).collect();
     let told: Vec<_> = round
         .iter()
         .map(|scene| {
@@ -197,7 +212,9 @@ fn at_rest(results: &Path) -> Result<(String, String), String> {
         told.join(", "),
         ratio(first)
     );
-    Ok((format!("`{first}`{}", ties("near", &near)), why))
+    let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
+    let form = form.map_or_else(|| (*first).to_owned(), Clone::clone);
+    Ok(Some(Rest { form, near, ratio: ratio(first), why }))
 }
 
 /// Who is first on a soft sheet.
@@ -235,7 +252,9 @@ fn of_a_million(results: &Path) -> Result<(String, String), String> {
         "`scaling`, 10⁶ particles, k/m fixed, a step: {}; nobody measured the way to rest there",
         told.join(", ")
     );
-    let (take, _) = at_rest(results)?;
-    let take = take.split(';').next().unwrap_or_default().to_owned();
-    Ok((format!("unproven at that size; {take} rests first on small cloth"), why))
+    let take = nearest_at_rest(results)?.map_or_else(String::new, |rest| {
+        let Rest { form, ratio, .. } = rest;
+        format!("; on small cloth `{form}` takes at most {ratio:.1} times the least")
+    });
+    Ok((format!("unproven at that size{take}"), why))
 }

@@ -139,7 +139,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     });
     let fixed = [
         "One sheet with one damping; another one may rank the methods otherwise.".to_owned(),
-        "Work is counted, not timed.".to_owned(),
+        "Times are counted work at measured prices, not a clock's.".to_owned(),
     ];
     fixed.into_iter().chain(divided).chain(error).collect()
 }

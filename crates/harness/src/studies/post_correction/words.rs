@@ -174,7 +174,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let own = forward(facts).map(|row| row.uncorrected_residual).reduce(f64::max);
     let own = own.filter(|residual| *residual > ROUND_OFF).map(|residual| {
         format!(
-            "Of a residual up to {} is the step's own, without correction.",
+            "Without correction the step itself leaves a residual of up to {}.",
             significant(residual, 2)
         )
     });

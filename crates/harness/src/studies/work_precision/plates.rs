@@ -195,23 +195,35 @@ fn quotient(scene: &Scene) -> String {
     format!("k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2))
 }
 
-/// Smaller errors are drawn as this: below, nobody asks for a cloth.
+/// Curves end at this error: below, nobody asks for a cloth.
 const LEAST_SHOWN: f64 = 1e-6;
+
+/// Ends a curve where it falls below [`LEAST_SHOWN`], by a straight line in logarithms between the
+/// two runs about it. Returns whether it does.
+fn cut(points: &mut Vec<Point>) -> bool {
+    let is_small = |point: &Point| point.y < LEAST_SHOWN;
+    let Some(first) = points.iter().position(is_small) else { return false };
+    if let Some(before) = first.checked_sub(1).map(|before| points[before]) {
+        let below = &mut points[first];
+        let share = (LEAST_SHOWN / before.y).ln() / (below.y / before.y).ln();
+        below.x = before.x * (below.x / before.x).powf(share);
+    }
+    points[first].y = LEAST_SHOWN;
+    // What goes on below the edge is not shown.
+    points.retain(|point| !is_small(point));
+    true
+}
 
 fn sheet(mut drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
     let label = if cost == Cost::Seconds { "time of the run (s)" } else { MODELLED };
     let mut is_cut = false;
     for series in drafts.iter_mut().flat_map(|draft| &mut draft.1) {
-        let is_small = |point: &Point| point.y < LEAST_SHOWN;
-        if let Some(first) = series.points.iter().position(is_small) {
-            is_cut = true;
-            series.points[first].y = LEAST_SHOWN;
-            // Of what goes on along the edge, the first says enough.
-            series.points.retain(|point| !is_small(point));
-        }
+        is_cut |= cut(&mut series.points);
     }
     let mut sheet = panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))?;
-    sheet.notes.extend(is_cut.then(|| "Errors below 10⁻⁶ are drawn as 10⁻⁶.".to_owned()));
+    sheet.notes.extend(
+        is_cut.then(|| "Curves end at an error of 10⁻⁶: there, between two runs.".to_owned()),
+    );
     Some(sheet)
 }
 
@@ -518,5 +530,26 @@ fn scenes(input: &Input) -> Table {
         ]),
         names: 1,
         rows: input.facts.scenes.iter().map(line).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_ends_where_it_crosses_the_least_error() {
+        let point = |x: f64, y: f64| Point { x, y, state: State::Stable };
+        let cut = |points: &[(f64, f64)]| {
+            let mut all: Vec<_> = points.iter().map(|&(x, y)| point(x, y)).collect();
+            let is_cut = super::cut(&mut all);
+            (is_cut, all.iter().map(|p| (p.x, p.y)).collect::<Vec<_>>())
+        };
+        let (is_cut, ended) = cut(&[(1.0, 1e-4), (1e4, 1e-8), (1e5, 1e-9), (1e6, 1e-5)]);
+        assert!(is_cut);
+        assert_eq!((ended.len(), ended[0], ended[1].1), (3, (1.0, 1e-4), LEAST_SHOWN));
+        assert!((ended[1].0 - 1e2).abs() < 1e-9, "{}", ended[1].0);
+        assert_eq!(cut(&[(2.0, 1e-8)]), (true, vec![(2.0, LEAST_SHOWN)]));
+        assert_eq!(cut(&[(2.0, 1e-5)]), (false, vec![(2.0, 1e-5)]));
     }
 }
