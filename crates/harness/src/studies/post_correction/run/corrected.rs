@@ -91,7 +91,7 @@ impl Twins {
         })
     }
 
-    /// Takes a step. Returns whether both states are still finite.
+    /// Takes a step. Returns whether neither run has diverged.
     fn step(&mut self, system: &System, state: &mut State) -> Result<bool, HarnessError> {
         self.uncorrected.copy_from(state);
         let without = self.without.step(system, &mut self.uncorrected)?;
