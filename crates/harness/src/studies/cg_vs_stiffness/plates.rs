@@ -16,7 +16,7 @@ use drape_report::plot::{
     Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.

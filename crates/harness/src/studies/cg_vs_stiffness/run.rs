@@ -237,7 +237,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(material, side, stiffness)| {
         Start::new(name(material, side, stiffness), move || {

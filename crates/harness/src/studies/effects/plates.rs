@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Matrix, Row, Shade, Tile};
 
-/// What the figure and the tables are drawn from.
+/// The input of the figure and the tables.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.

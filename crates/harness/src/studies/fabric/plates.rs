@@ -8,7 +8,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Panel, Point, Rule, Series, Sheet, State, panels_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.

@@ -118,8 +118,8 @@ pub struct Cell {
     pub is_damped: bool,
     /// Method id with all settings.
     pub settings: String,
-    /// `stable`, `marginal`, `unstable` or `diverged`. A cell without a verdict says why: `over
-    /// budget`, `refused` or `not applicable`.
+    /// `stable`, `marginal`, `unstable` or `diverged`. A cell without a verdict says why:
+    /// `over budget`, `refused` or `not applicable`.
     pub verdict: Verdict,
     /// Why the cell has no verdict, or that a sheet at rest moves; otherwise empty.
     pub note: String,

@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Matrix, Row, Shade, Tile};
 
-/// What the figure is drawn from.
+/// The input of the figure.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.

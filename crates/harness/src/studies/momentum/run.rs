@@ -305,7 +305,7 @@ fn forms() -> Vec<(Variant, Keeps)> {
         .collect()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     CASES.map(|case| Start::new(case.id, move || case.spec())).into()
 }

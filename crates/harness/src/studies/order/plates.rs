@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.

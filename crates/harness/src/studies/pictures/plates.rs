@@ -7,7 +7,7 @@ use drape_report::number::{significant, wrap};
 use drape_report::page::{Table, absent};
 use drape_report::plate::{Draw, Picture, Plate};
 
-/// What the pictures are drawn from.
+/// The input of the pictures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[

@@ -163,7 +163,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |name: &'static str| Start::new(name, move || Ok(stage(name)?.discretise()?));
     [TABLE, HANGING, STIFF].map(start).into()

@@ -10,7 +10,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Matrix, Point, Row, Rule, Series, Shade, Sheet, State, Tile, panels_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.

@@ -12,7 +12,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.

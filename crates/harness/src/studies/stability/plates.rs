@@ -10,7 +10,7 @@ use drape_report::plot::{
     At, Atlas, Axis, Look, Map, Panel, Point, Rule, Series, Shade, Sheet, State, Tile, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[

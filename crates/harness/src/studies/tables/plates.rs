@@ -12,7 +12,7 @@ use drape_report::plot::{
     place_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.

@@ -236,7 +236,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start =
         |row: &'static Printed| Start::new(row.scene, move || spec(row.scene, row.exponent));

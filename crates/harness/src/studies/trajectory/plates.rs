@@ -13,7 +13,7 @@ use drape_report::plot::{
     panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[

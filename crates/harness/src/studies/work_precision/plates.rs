@@ -12,7 +12,7 @@ use drape_report::plot::{
     panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[

@@ -110,7 +110,7 @@ pub(super) fn timing() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     starts_of(scenes::cases())
 }

@@ -116,7 +116,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }

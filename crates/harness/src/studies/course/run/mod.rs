@@ -208,7 +208,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     SCENES.map(|id| Start::new(id, move || Ok(bundled(id)?.discretise()?))).into()
 }

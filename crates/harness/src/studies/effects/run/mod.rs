@@ -77,7 +77,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |addition: Addition| {
         Start::new(addition.name, move || additions::scene(addition.name, &addition.adds))

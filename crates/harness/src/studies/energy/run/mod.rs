@@ -164,8 +164,8 @@ impl Setting {
         Ok(Self { simulation, hash, scene, greatest_frequency: sheet.greatest_frequency(1.0) })
     }
 
-    /// Number of steps into which a method divides [`STEP`]. Damped explicit Euler is stable for `h
-    /// ≤ c/k`, undamped never.
+    /// Number of steps into which a method divides [`STEP`]. Damped explicit Euler is stable for
+    /// `h ≤ c/k`, undamped never.
     fn division(&self, method: &Method) -> u64 {
         if !is_explicit(method) {
             return 1;
@@ -225,7 +225,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let both = |case: Case| [false, true].map(|is_damped| (case, is_damped));
     let start = |(case, is_damped): (Case, bool)| {

@@ -106,7 +106,7 @@ fn drape_name(cloth: &str, cells: u32) -> String {
     format!("drape test, {cloth}, {cells} squares")
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let plan = Plan::new(false);
     let bent = plan.bent.into_iter().map(|(model, gamma, segments)| {

@@ -96,7 +96,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let both = |case: scenes::Case| {
         let make = case.setup.system;

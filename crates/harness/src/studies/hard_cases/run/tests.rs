@@ -18,8 +18,8 @@ use drape_report::Verdict;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// What theory says about two free particles of equal mass on a spring, with `θ = 2h²k/m` and `η =
-/// 2hc/m`. A shear spring of `θ_E` lies beside it.
+/// What theory says about two free particles of equal mass on a spring, with `θ = 2h²k/m` and
+/// `η = 2hc/m`. A shear spring of `θ_E` lies beside it.
 fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Expected {
     let h = 0.01;
     let mut spec = pair(theta / (2.0 * h * h));

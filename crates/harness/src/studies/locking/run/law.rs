@@ -1,10 +1,10 @@
 //! The law of locking.
 //!
-//! With all springs in the matrix, a step of IMEX Euler is `(M + h² L_k + h L_d) v' = M v + h
-//! F(x)`. This is symplectic Euler with an additional full damping `hk` of every spring. The
-//! springs of a sheet at rest length do not resist a motion across them. Such a sheet therefore
-//! falls like one in honey: `M v' = M g − h L_k v`, towards `h L_k v = M g`. A mode with `κ = λ
-//! k/m` approaches `a/(hκ)`.
+//! With all springs in the matrix, a step of IMEX Euler is
+//! `(M + h² L_k + h L_d) v' = M v + h F(x)`. This is symplectic Euler with an additional full
+//! damping `hk` of every spring. The springs of a sheet at rest length do not resist a motion
+//! across them. Such a sheet therefore falls like one in honey: `M v' = M g − h L_k v`, towards
+//! `h L_k v = M g`. A mode with `κ = λ k/m` approaches `a/(hκ)`.
 
 use drape_integrator::Implicit;
 use drape_model::System;
@@ -57,8 +57,8 @@ pub(super) fn lever(system: &System, stiffness_over_mass: f64) -> Vec<f64> {
     u
 }
 
-/// `1/λ` of the lowest swing of a sheet of `side` rows that is held along a whole edge, with `λ =
-/// (π/2N)²`.
+/// `1/λ` of the lowest swing of a sheet of `side` rows that is held along a whole edge, with
+/// `λ = (π/2N)²`.
 pub(super) fn swing_lever(side: u32) -> f64 {
     let root = 2.0 * f64::from(side) / std::f64::consts::PI;
     root * root

@@ -61,7 +61,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     STIFFNESSES.map(|k| Start::new(format!("sheet-{k:e}"), move || motion::spec(k))).into()
 }

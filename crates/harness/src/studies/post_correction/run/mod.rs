@@ -57,7 +57,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let of = |kind: Kind| {
         let sheet = |name: String, stiffness| Start::new(name, move || kind.spec(stiffness, true));

@@ -56,7 +56,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let mut starts: Vec<Start> = Vec::new();
     for case in system::cases(&SIDES) {

@@ -52,7 +52,7 @@ pub(super) fn method() -> String {
 
 pub(super) use clock::timing;
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let mut names = Vec::new();
     let mut all = questions();

@@ -73,7 +73,7 @@ pub(super) fn timing() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }

@@ -215,7 +215,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start =
         |(series, side, _)| Start::new(name(series, side), move || waved(sheet(series, side)));

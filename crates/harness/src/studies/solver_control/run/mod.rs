@@ -242,7 +242,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     CASES.map(|case| Start::new(case.id, move || case.spec())).into()
 }

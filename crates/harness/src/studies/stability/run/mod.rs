@@ -63,7 +63,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(stiffness, damping, _)| {
         Start::new(sheet::name(stiffness, damping), move || {
