@@ -123,7 +123,7 @@ fn retained(
     (values(xs.into_iter()).len() > 1).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// Methods with the whole stiffness of all springs in the matrix.
+/// Methods whose matrix has the whole stiffness: of all springs, or of the tension springs only.
 const CREEPING: [&str; 3] = [IMEX_EULER, "desbrun", "imex-euler, tension only"];
 /// Slower falls are drawn on the lower edge.
 const SLOWEST: f64 = 1e-3;
