@@ -1,6 +1,6 @@
 //! The studies: each asks one question, runs methods, records facts and draws them.
 //!
-//! A study is one folder. `facts` has the types of its record, and `run` computes them. `words` has
+//! A study is one folder. `facts` has the types of its record, and `run` computes it. `words` has
 //! the findings in prose. `plates` draws figures and tables from the facts alone. One line of
 //! `STUDIES` adds a study to the list of experiments, to `experiment`, `reproduce` and `report`,
 //! and to the comparison of facts.

@@ -11,7 +11,8 @@ use trajectory::facts::{Facts, Winner};
 /// A use, the method to take for it, and the reason.
 pub type Use = (&'static str, (String, String));
 
-/// The five uses, each with a method and the numbers of a record.
+/// The five uses, each with the method to take and the numbers behind it. They come from the
+/// records in the folder `results`.
 ///
 /// # Errors
 /// A message if a record cannot be read or lacks a number.
