@@ -1,5 +1,5 @@
-//! What the studies share whose runs are filmed: the loop over forms and timings, and the counters
-//! of a run.
+//! The common part of studies whose runs are filmed: the loop over forms and timings, and the
+//! counters of a run.
 
 use super::{Context, cells, timed};
 use crate::HarnessError;
@@ -10,21 +10,21 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// What the steps of a run counted.
+/// Counts of work over all steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Counters {
-    /// Sweeps over all springs that evaluated forces or energies.
+    /// Number of sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// Products of a matrix with a block vector, triangular solves included.
+    /// Number of products of a matrix with a block vector, triangular solves included.
     pub matvecs: u64,
-    /// Factorisations of Newton's matrix.
+    /// Number of factorisations of Newton's matrix.
     pub factorisations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Iterations of conjugate gradients.
+    /// Number of CG iterations.
     pub cg_iterations: u64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
 }
 
@@ -42,14 +42,14 @@ impl Counters {
     }
 }
 
-/// A scene, ready to be filmed.
+/// A scene that is ready to be filmed.
 pub(super) trait Stage: Sync {
-    /// One form with one number of steps.
+    /// The result of one form with one number of steps.
     type Run: Serialize + DeserializeOwned + Send + Sync;
-    /// Its times.
+    /// The times of a run.
     type Row: Serialize + DeserializeOwned;
 
-    /// The forms that are run.
+    /// The forms to run.
     fn films(&self) -> Vec<Film>;
     /// All runs of a form.
     fn runs(&self, film: &Film) -> Result<Vec<Self::Run>, HarnessError>;
@@ -74,7 +74,8 @@ pub(super) fn shoot<S: Stage>(
     Ok(runs)
 }
 
-/// Times the runs that deserve it; `runs` has a list for each scene. The quick subset times nothing.
+/// Times the runs that [`Stage::is_timed`] selects. `runs` has a list for each scene. Returns
+/// `None` in the quick subset, which times nothing.
 pub(super) fn clock<S: Stage>(
     context: &Context<'_>,
     stages: &[S],
@@ -90,11 +91,12 @@ pub(super) fn clock<S: Stage>(
     Ok(Some(timed(context, "timings", &all, |(stage, run)| stage.time(run))?.all()?))
 }
 
-/// How often a run is timed, and from which time on once only, s.
+/// Number of repetitions of a timed run. A repetition that takes longer than this time (s) is the
+/// last.
 pub(super) const REPETITIONS: usize = 3;
 pub(super) const LONG_S: f64 = 0.05;
 
-/// Seconds of one repetition after the other, and their median.
+/// Seconds of each repetition, and their median.
 pub(super) fn samples(
     mut once: impl FnMut() -> Result<f64, HarnessError>,
 ) -> Result<(Vec<f64>, f64), HarnessError> {

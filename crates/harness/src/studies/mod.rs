@@ -1,9 +1,9 @@
 //! The studies: each asks one question, runs methods, records facts and draws them.
 //!
-//! A study is one folder: `facts` (the types of its record), `run` (what is computed), `words`
-//! (what the record says in prose) and `plates` (figures and tables, drawn from the facts alone).
-//! One line of `STUDIES` makes it known to the list of experiments, to `experiment`,
-//! `reproduce`, `report` and to the comparison of facts.
+//! A study is one folder. `facts` has the types of its record, and `run` computes it. `words` has
+//! the findings in prose. `plates` draws figures and tables from the facts alone. One line of
+//! `STUDIES` adds a study to the list of experiments, to `experiment`, `reproduce` and `report`,
+//! and to the comparison of facts.
 
 pub mod animation;
 pub mod cg_vs_stiffness;
@@ -58,68 +58,69 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Told how far an experiment is.
+/// Receives the progress of an experiment.
 pub trait Progress: Sync {
-    /// A part begins that has this many cells.
+    /// A part with this many cells begins.
     fn begin(&self, part: &str, cells: usize);
-    /// A cell is done.
+    /// A cell is complete.
     fn done(&self);
     /// The part has ended.
     fn end(&self);
 }
 
-/// Tells how many bytes the process has allocated and not given back.
+/// Returns the number of bytes that the process holds from the allocator.
 pub type Allocated = fn() -> usize;
 
-/// What an experiment runs with.
+/// Options and services for running an experiment.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
-    /// Where records go.
+    /// Folder for the records.
     pub out: &'a Path,
-    /// Only the quick subset of the cells.
+    /// Whether to compute only the quick subset of the cells.
     pub quick: bool,
-    /// Also timings that take long, which `drape reproduce` leaves as they are.
+    /// Whether to take the timings that take long. `drape reproduce` leaves these as they are.
     pub long: bool,
-    /// Told how far it is.
+    /// Receives the progress.
     pub progress: &'a dyn Progress,
-    /// Where finished cells are kept until the record is written.
+    /// Keeps finished cells until the record is written.
     pub journal: &'a Journal,
-    /// Asks the allocator, which only a binary can see; without it no memory is recorded.
+    /// Asks the allocator for the bytes in use, which only a binary can do. If `None`, no memory is
+    /// recorded.
     pub allocated: Option<Allocated>,
-    /// What the program was built from.
+    /// The source from which the program was built.
     pub source: &'a Source,
 }
 
-/// What a study computed.
+/// The results of a study's run.
 struct Measured<F, T = ()> {
     facts: F,
-    /// The rows of the timings, where they were taken.
+    /// The rows of the timings, if they were taken.
     timings: Option<Vec<T>>,
     /// SHA-256 of each scene, by name.
     scenes: BTreeMap<String, String>,
-    /// Of the random numbers, where any were drawn.
+    /// Seed of the random numbers, if any were drawn.
     seed: Option<u64>,
 }
 
-/// What the figures and tables of a study are drawn from: facts, and timings where they were taken.
+/// Input of a study's figures and tables: its facts, and its timings if they were taken.
 pub(crate) struct Input<F, T = ()> {
     pub(crate) facts: F,
     pub(crate) timings: Option<Timings<T>>,
 }
 
-/// What the folder of a study gives. `F` are its facts, `T` a row of its timings.
+/// The parts of a study, from its folder. `F` are its facts, `T` is a row of its timings.
 struct Parts<F: 'static, T: 'static = ()> {
     name: &'static str,
     question: &'static str,
     builds_on: &'static [&'static str],
     /// How the facts are measured.
     method: fn() -> String,
-    /// How the timings are taken; `None` where nothing is timed.
+    /// How the timings are taken; `None` if nothing is timed.
     timing: Option<fn() -> String>,
     /// The systems from which its runs start.
     starts: fn() -> Vec<Start>,
     run: fn(&Context<'_>) -> Result<Measured<F, T>, HarnessError>,
-    /// The facts as they are compared.
+    /// The facts in the form in which two records are compared.
     comparable: fn(&F) -> Vec<Fact>,
     words: fn(&F) -> Words,
     plates: &'static [Plate<Input<F, T>>],
@@ -127,7 +128,7 @@ struct Parts<F: 'static, T: 'static = ()> {
     lessons: Option<fn(&F) -> Vec<Lesson>>,
 }
 
-/// What makes a system.
+/// A function that makes a system.
 type Maker = Box<dyn Fn() -> Result<SystemSpec, HarnessError>>;
 
 /// A system from which a study starts runs, with its positions and velocities.
@@ -149,10 +150,10 @@ impl Start {
         &self.name
     }
 
-    /// The system.
+    /// The system, with positions and velocities at the start.
     ///
     /// # Errors
-    /// [`HarnessError`] when it cannot be built.
+    /// [`HarnessError`] if it cannot be built.
     pub fn system(&self) -> Result<SystemSpec, HarnessError> {
         (self.make)()
     }
@@ -175,27 +176,28 @@ pub trait Study: Sync {
     /// Names of the experiments that a reader should know before this one.
     fn builds_on(&self) -> &'static [&'static str];
 
-    /// The systems from which its runs start, by the names under which its record has their hashes.
+    /// The systems from which its runs start, under the names by which its record keeps their
+    /// hashes.
     fn starts(&self) -> Vec<Start>;
 
-    /// File, title and caption of every figure that can be drawn of its record and timings.
+    /// File, title and caption of every figure that its record and timings may have.
     fn figures(&self) -> Vec<Figure>;
 
     /// JSON Schema of its facts and of a row of its timings, as a pair.
     fn schema(&self) -> Schema;
 
-    /// Runs it and writes its records; returns the files written.
+    /// Runs it and writes its records. Returns the files that were written.
     ///
     /// # Errors
-    /// [`HarnessError::Elsewhere`] when its journal is that of a shard, or lets no cell be computed
-    /// and lacks some; [`HarnessError`] when a run is refused or a record cannot be written.
+    /// [`HarnessError::Elsewhere`] if its journal belongs to a shard, or lacks cells and must not
+    /// compute them. [`HarnessError`] if a run is refused or a record cannot be written.
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
 
     /// Compares its facts below `fresh`, which may be the quick subset, with those below
-    /// `committed`; returns how many were compared and those that differ.
+    /// `committed`. Returns the number of facts that were compared, and those that differ.
     ///
     /// # Errors
-    /// [`HarnessError::Record`] when a record is missing or unreadable.
+    /// [`HarnessError::Record`] if a record is missing or unreadable.
     fn compare(
         &self,
         fresh: &Path,
@@ -205,21 +207,21 @@ pub trait Study: Sync {
     /// The values of its comparable facts below `results`.
     ///
     /// # Errors
-    /// [`HarnessError::Record`] when the record is missing or unreadable.
+    /// [`HarnessError::Record`] if the record is missing or unreadable.
     fn comparable(&self, results: &Path) -> Result<Vec<serde_json::Value>, HarnessError>;
 
-    /// Writes question, method, words and captions of its record below `results` anew, as the code
-    /// computes them from the facts; returns whether the record changed.
+    /// Rewrites the question, method, words and captions of its record below `results`, as the code
+    /// computes them from the facts. Returns whether the record changed.
     ///
     /// # Errors
-    /// [`ReportError`] when the record cannot be read or written.
+    /// [`ReportError`] if the record cannot be read or written.
     fn reword(&self, results: &Path) -> Result<bool, ReportError>;
 
-    /// Reads its records, adds the files of its figures and returns what the page says; `None`
-    /// without records.
+    /// Reads its records, adds the files of its figures to `files`, and returns its section of the
+    /// page. Returns `None` without records.
     ///
     /// # Errors
-    /// [`ReportError`] when a record cannot be read or a figure cannot be drawn.
+    /// [`ReportError`] if a record cannot be read or a figure cannot be drawn.
     fn section(&self, results: &Path, files: &mut Files) -> Result<Option<Section>, ReportError>;
 }
 
@@ -228,12 +230,12 @@ where
     F: Serialize + DeserializeOwned + JsonSchema + 'static,
     T: Serialize + DeserializeOwned + JsonSchema + 'static,
 {
-    /// Name of its record's file.
+    /// Name of the record's file.
     fn file(&self) -> String {
         format!("{}.json", self.name)
     }
 
-    /// The same facts with all that the code says about them.
+    /// The same facts with the texts that the code makes of them.
     fn worded(&self, record: Record<F>) -> Record<F> {
         Record {
             question: self.question.to_owned(),
@@ -368,7 +370,8 @@ impl std::fmt::Debug for dyn Study {
     }
 }
 
-/// In teaching order: a study stands behind those that it builds on. The page keeps this order.
+/// The studies in teaching order: a study comes after those on which it builds. The page keeps this
+/// order.
 static STUDIES: [&dyn Study; 24] = [
     &course::STUDY,
     &pictures::STUDY,
@@ -396,16 +399,16 @@ static STUDIES: [&dyn Study; 24] = [
     &claims::STUDY,
 ];
 
-/// All experiments, in teaching order, which is also that in which `drape reproduce` runs them.
+/// All experiments in teaching order. `drape reproduce` runs them in this order.
 pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
 }
 
-/// Experiments that take longer than all others together. `drape reproduce --long` runs them, and
+/// Experiments that take longer than all others together. Only `drape reproduce --long` runs them;
 /// `drape reproduce` leaves their records as they are.
 const LONG: [&str; 1] = [animation::LONG.name];
 
-/// Whether an experiment is long.
+/// Whether only `drape reproduce --long` runs an experiment.
 pub fn is_long(study: &dyn Study) -> bool {
     LONG.contains(&study.name())
 }
@@ -413,7 +416,7 @@ pub fn is_long(study: &dyn Study) -> bool {
 /// Finds an experiment by name.
 ///
 /// # Errors
-/// [`HarnessError::UnknownExperiment`] naming the known ones.
+/// [`HarnessError::UnknownExperiment`], which names the known ones.
 pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
     all().iter().copied().find(|study| study.name() == name).ok_or_else(|| {
         let known: Vec<_> = all().iter().map(|study| study.name()).collect();
@@ -421,15 +424,15 @@ pub fn find(name: &str) -> Result<&'static dyn Study, HarnessError> {
     })
 }
 
-/// The study of that name, or the only one whose name begins so.
+/// The study with this name, or the only one whose name begins with it.
 fn beginning(name: &str) -> Option<&'static dyn Study> {
     let mut others = all().iter().copied().filter(|study| study.name().starts_with(name));
     let only = others.next().filter(|_| !name.is_empty() && others.next().is_none());
     find(name).ok().or(only)
 }
 
-/// The start that is called `STUDY/NAME`; `None` where no study has that name. The beginning of a
-/// study's name will do where it says which.
+/// The start with the name `STUDY/NAME`; `None` if no study has that name. An unambiguous beginning
+/// of the study's name suffices.
 ///
 /// # Errors
 /// [`HarnessError::UnknownStart`], which names the starts of the study.
@@ -448,21 +451,21 @@ pub fn start(path: &str) -> Result<Option<Start>, HarnessError> {
     }
 }
 
-/// Method ids in the order of the lessons of the experiment `course`; none for any other
+/// Method ids in the order of the lessons of the experiment `course`. Empty for any other
 /// experiment.
 pub fn lessons(experiment: &str) -> Vec<&'static str> {
     if experiment == course::STUDY.name { course::run::lessons() } else { Vec::new() }
 }
 
-/// Draws every figure that the records in the folder `results` hold data for, the report and the
-/// index page. Returns the files written, the pages last.
+/// Draws every figure for which the folder `results` has data, the report and the index page.
+/// Returns the files that were written, the pages last.
 ///
-/// All records are read and all figures are drawn before the first file is written, so that a
-/// broken record leaves the folder as it was.
+/// All records are read and all figures are drawn before the first file is written. A broken record
+/// therefore leaves the folder as it was.
 ///
 /// # Errors
-/// [`ReportError::NoRecords`] when the folder holds no record; otherwise the file that could not be
-/// read, understood, drawn or written.
+/// [`ReportError::NoRecords`] if the folder has no record. Otherwise [`ReportError`] names the file
+/// that could not be read, understood, drawn or written.
 pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     let mut files = Files::new();
     let mut sections = Vec::new();
@@ -472,7 +475,8 @@ pub fn draw(results: &Path) -> Result<Vec<PathBuf>, ReportError> {
     drape_report::write(results, &sections, &page::OUTLINE, uses::table(results), files)
 }
 
-/// Computes what cells start from, scenes and references, in parallel and in the order given.
+/// Computes the inputs of cells, i.e. scenes and references, in parallel. Results keep the order of
+/// `inputs`.
 fn prepared<T: Sync, R: Send>(
     context: &Context<'_>,
     part: &str,
@@ -486,7 +490,7 @@ fn prepared<T: Sync, R: Send>(
     results
 }
 
-/// As [`prepared`], one after the other on this thread.
+/// As [`prepared`], but one after the other on this thread.
 fn one_by_one<T, R>(
     context: &Context<'_>,
     part: &str,
@@ -499,25 +503,26 @@ fn one_by_one<T, R>(
     results
 }
 
-/// A result, of which the progress is told.
+/// Passes on a result and reports progress.
 fn told<R>(context: &Context<'_>, result: R) -> R {
     context.progress.done();
     result
 }
 
-/// The cells of a part, in order. A process that computes a shard has only some of them.
+/// The cells of a part, in order; `None` in a process that computes only a shard of them.
 #[must_use]
 struct Cells<R>(Option<Vec<R>>);
 
 impl<R> Cells<R> {
-    /// All cells. A study asks for them after it has named all its parts, so that a shard computes
-    /// its cells of each.
+    /// All cells. A study asks for them only after it has named all its parts. Thus a shard
+    /// computes its cells of each part.
     fn all(self) -> Result<Vec<R>, HarnessError> {
         self.0.ok_or(HarnessError::Elsewhere)
     }
 }
 
-/// The cells that this process has or computes, with their numbers; notes which are missing.
+/// The inputs of the cells that this process has or computes, with their numbers, and whether these
+/// are all cells. Missing cells are noted in the journal.
 fn turns<'a, T>(
     journal: &Journal,
     part: &str,
@@ -535,8 +540,8 @@ fn turns<'a, T>(
     (turns, is_whole)
 }
 
-/// Computes independent cells in parallel, in the order given, telling the progress. Those that
-/// stand in the journal are not computed again.
+/// Computes independent cells in parallel and reports progress. Results keep the order of `inputs`.
+/// Cells in the journal are not computed again.
 fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
     context: &Context<'_>,
     part: &str,
@@ -550,7 +555,7 @@ fn cells<T: Sync, R: Send + Serialize + DeserializeOwned>(
     Ok(Cells(is_whole.then_some(results)))
 }
 
-/// As [`cells`], without those whose method refuses the scene by name.
+/// As [`cells`], but without cells whose method does not support the scene.
 fn taken<T: Sync, R: Send + Serialize + DeserializeOwned>(
     context: &Context<'_>,
     part: &str,
@@ -564,7 +569,7 @@ fn taken<T: Sync, R: Send + Serialize + DeserializeOwned>(
     Ok(Cells(results.0.map(|results| results.into_iter().flatten().collect())))
 }
 
-/// As [`cells`], one after the other on this thread: what is timed must not be disturbed.
+/// As [`cells`], but one after the other on this thread, since nothing may disturb a timed run.
 fn timed<T, R: Serialize + DeserializeOwned>(
     context: &Context<'_>,
     part: &str,
@@ -578,8 +583,8 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     Ok(Cells(is_whole.then_some(results)))
 }
 
-/// As [`cells`] or [`timed`], but a cell that this process may not compute, or has no time for, is
-/// left out and noted as missing.
+/// As [`cells`] or [`timed`]. A cell for which this process has no time, or which it may not
+/// compute, is `None` and noted as missing.
 fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
     context: &Context<'_>,
     (part, is_timed): (&str, bool),
@@ -608,7 +613,7 @@ fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
     Ok(results)
 }
 
-/// One simulated second (or another span) of a choice.
+/// Runs a method for `duration_s` and returns its counts.
 fn counts(
     simulation: &Simulation,
     method: &str,
@@ -620,12 +625,12 @@ fn counts(
     Ok((choice, counts))
 }
 
-/// Energy gain for a record, where JSON knows no infinity.
+/// An energy gain for a record. JSON has no infinity.
 pub(crate) fn finite(energy: f64) -> f64 {
     if energy.is_nan() { f64::MAX } else { energy.clamp(f64::MIN, f64::MAX) }
 }
 
-/// A number in prose: three significant digits.
+/// A number in prose, with three significant digits.
 pub(crate) fn short(value: f64) -> String {
     let scientific = format!("{value:.2e}");
     let exponent: i32 = scientific.split('e').nth(1).and_then(|e| e.parse().ok()).unwrap_or(0);
@@ -650,8 +655,8 @@ mod tests {
         }
     }
 
-    /// The committed record of a study has the hash of each system, with positions and velocities,
-    /// from which it started: a name gives that very system.
+    /// The committed record of a study has the hash of each system from which it started, with
+    /// positions and velocities. A name must give that system.
     #[test]
     fn the_start_of_each_name_is_that_of_the_committed_record() {
         let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
@@ -674,8 +679,8 @@ mod tests {
         assert!(seen > 200, "{seen}");
     }
 
-    /// Records have no hash of large systems, of stiff references and of pushed cloths. Their names
-    /// follow from the cells.
+    /// Records have no hash of large systems, of stiff references and of pushed cloths. The names
+    /// of these follow from the cells.
     #[test]
     fn what_a_committed_record_ran_without_a_hash_has_a_start_too() {
         let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
@@ -688,7 +693,7 @@ mod tests {
         let mut expected = std::collections::BTreeSet::new();
         let sheets = [("scaling.json", "/facts/cells"), ("timings/scaling.json", "/rows")];
         for cell in sheets.into_iter().flat_map(cells) {
-            // Neither the memory of a sheet nor the bandwidth has a series.
+            // The memory of a sheet and the bandwidth have no series.
             let Some(series) = word(&cell, "series") else { continue };
             expected.insert(("scaling", format!("{series} n={}", cell["particles"])));
         }
@@ -711,7 +716,7 @@ mod tests {
         for (study, name) in &expected {
             let found = start(&format!("{study}/{name}")).unwrap_or_else(|error| panic!("{error}"));
             let start = found.expect(study);
-            // The large ones are named alone: each takes up to a gigabyte.
+            // Large systems are only named here: each takes up to a gigabyte.
             let particles = name.split_once("n=").map(|(_, n)| n.parse::<usize>().expect(name));
             if particles.is_none_or(|particles| particles < 10_000) {
                 start.system().expect(name).build().expect(name);
@@ -728,7 +733,7 @@ mod tests {
         assert!(error.contains("`rough`") && error.contains("smooth; smooth-projected"), "{error}");
     }
 
-    /// A sentence ends with a mark and a space, or with the text.
+    /// Number of sentences. A sentence ends with a mark and a space, or with the text.
     fn sentences(text: &str) -> usize {
         let ends = [". ", "? ", "! "].iter().map(|end| text.matches(end).count()).sum::<usize>();
         ends + usize::from(!text.is_empty())

@@ -1,6 +1,7 @@
 //! Names of forms and methods in sentences.
 
-/// Most names in a sentence.
+/// A sentence names at most one method more than this. If there are more methods, it names this
+/// many and counts the rest.
 const MOST: usize = 4;
 
 /// Each label once, in the order of the record.
@@ -14,8 +15,8 @@ pub(super) fn labels<'a>(all: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     labels
 }
 
-/// The methods of some forms, the first few by name: a form is called by its method and, behind a
-/// comma, by what is special about it.
+/// The names of the methods of some forms, as text. A form's label is the method and, after a
+/// comma, its special settings.
 pub(super) fn methods(labels_of_forms: &[&str]) -> String {
     let of = |label: &'_ &str| label.split(',').next().map_or(0, str::len);
     let names = labels(labels_of_forms.iter().map(|label| &label[..of(label)]));
@@ -30,7 +31,7 @@ pub(super) fn methods(labels_of_forms: &[&str]) -> String {
     }
 }
 
-/// The least and the greatest of some values, as `told` writes them.
+/// The range from the least to the greatest value, as `told` writes them. `None` without values.
 pub(super) fn range(values: &[f64], told: impl Fn(f64) -> String) -> Option<String> {
     let least = told(values.iter().copied().reduce(f64::min)?);
     let most = told(values.iter().copied().reduce(f64::max)?);

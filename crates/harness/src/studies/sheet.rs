@@ -1,4 +1,4 @@
-//! Scenes of experiments that need no bundled one: a square sheet, two particles.
+//! Scenes for experiments that need no bundled one: a square sheet, and two particles.
 
 use crate::HarnessError;
 use drape_model::{
@@ -43,13 +43,13 @@ impl Sheet {
         scenes::Sheet { side, tension, shear, damping, law, gravity, pinned }.scene()
     }
 
-    /// The same sheet as a triangle mesh, at rest: as many particles of the same mass and the same
-    /// border, but each particle inside lies anywhere within `jitter` mesh widths of its place in
-    /// the grid, along x and along y. Each cell is cut along its shorter diagonal, and every edge
-    /// of a triangle is a tension spring with the sheet's stiffness and damping. Triangles resist
-    /// shear by themselves: `shear` is not used.
+    /// The same sheet as a triangle mesh at rest. It has as many particles, with the same mass and
+    /// the same border. Each inner particle lies anywhere within `jitter` mesh widths of its place
+    /// in the grid, along x and along y. Each cell is cut along its shorter diagonal. Every edge of
+    /// a triangle is a tension spring with the sheet's stiffness and damping. Triangles resist
+    /// shear by themselves, so `shear` is not used.
     ///
-    /// Below a quarter, the jitter leaves every cell convex.
+    /// A jitter below a quarter leaves every cell convex.
     pub(super) fn triangulated(&self, jitter: f64, seed: u64) -> Result<SystemSpec, HarnessError> {
         let mut spec = Self { shear: 0.0, ..*self }.spec()?;
         let side = self.side as usize;
@@ -107,8 +107,8 @@ impl Sheet {
         Ok(SystemSpec { name: "triangulated sheet".to_owned(), springs, triangles, ..spec })
     }
 
-    /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s, where the lightest particle
-    /// has `lightest` times the usual mass.
+    /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s. `lightest` is the mass of
+    /// the lightest particle over the usual mass.
     pub(crate) fn greatest_frequency(&self, lightest: f64) -> f64 {
         (8.0 * (self.tension + self.shear) / lightest).sqrt()
     }
@@ -168,7 +168,7 @@ mod tests {
     fn a_triangulated_sheet_fills_the_square_with_triangles_whose_edges_are_springs_at_rest() {
         let spec = SHEET.triangulated(0.24, 3).expect("valid");
         let x: Vec<Vec3> = spec.particles.position_m.iter().map(|&x| Vec3::from(x)).collect();
-        // Euler's formula of a disc of n² points with 4 (n − 1) on its border.
+        // Euler's formula for a disc of n² points, of which 4 (n − 1) are on the border.
         let (n, border) = (49, 24);
         assert_eq!(spec.triangles.len(), 2 * n - border - 2);
         assert_eq!(spec.springs.len(), 3 * n - border - 3);
@@ -182,7 +182,7 @@ mod tests {
                 *sides.entry((i.min(j), i.max(j))).or_default() += 1;
             }
         }
-        // No overlap: the triangles cover the square once.
+        // There is no overlap: the triangles cover the square once.
         assert!((area - 1.0).abs() < 1e-12, "{area}");
         assert_eq!(sides.values().filter(|count| **count == 1).count(), border);
         let springs: Vec<_> = spec.springs.iter().map(|s| (s.i.min(s.j), s.i.max(s.j))).collect();

@@ -1,15 +1,15 @@
-//! A method step by step, for experiments that look into single steps or act between them.
+//! Runs a method step by step, for experiments that examine single steps or act between them.
 
 use crate::HarnessError;
 use crate::methods::{Choice, MethodError};
 use drape_integrator::{Integrator, PhaseClock, StepError, StepReport, TimeStep};
 use drape_model::{State, System};
 
-/// A particle farther from the origin than this, m, has left the scene; scenes here are a few
-/// metres large.
+/// A particle has left the scene if it is farther from the origin than this, m. Scenes here are a
+/// few metres large.
 const FAR: f64 = 1e3;
 
-/// A method that was prepared for a system.
+/// A method with the system for which it was prepared.
 #[derive(Debug)]
 pub(super) struct Stepper {
     integrator: Box<dyn Integrator>,
@@ -37,7 +37,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// Takes one step; `None` if the run blew up in it.
+    /// Takes one step. Returns `None` if the run diverged in it.
     pub(super) fn step(
         &mut self,
         system: &System,
@@ -45,8 +45,7 @@ impl Stepper {
     ) -> Result<Option<StepReport>, HarnessError> {
         match self.integrator.step(system, state, self.h, &mut self.clock) {
             Ok(report) => Ok(Some(report).filter(|_| state.x.iter().all(|x| x.norm() < FAR))),
-            // The numbers have left the range in which a matrix can be set up, or a program of the
-            // user failed.
+            // The numbers are too large for a matrix, or a user's program failed.
             Err(StepError::Solver(_) | StepError::Outside(_)) => Ok(None),
             Err(error) => Err(error.into()),
         }

@@ -1,16 +1,16 @@
-//! Tiles of the tables that name the cheapest form or method of each scene, which several studies
-//! share.
+//! Tiles of the maps that several studies share. They name the cheapest form or method of each
+//! scene.
 
 use drape_report::Verdict;
 use drape_report::number::significant;
 use drape_report::plot::{Shade, Tile};
 
-/// A tile with a text.
+/// A tile with this text.
 pub(super) fn told(shade: Shade, text: &str) -> Tile {
     Tile { shade, text: text.to_owned(), is_marked: false }
 }
 
-/// Why a form has no good run: the mildest of its verdicts.
+/// The tile of a form without a good run. It shows the mildest of the verdicts.
 pub(super) fn fault(verdicts: &[Verdict]) -> Tile {
     let has = |verdict: Verdict| verdicts.contains(&verdict);
     let (shade, text) = if has(Verdict::Stable) {
@@ -31,7 +31,7 @@ pub(super) fn fault(verdicts: &[Verdict]) -> Tile {
     told(shade, text)
 }
 
-/// The legend: `unit` of the numbers, `others` what a stable run without a number is.
+/// The legend of a map: `unit` of the numbers, and `others` for stable runs without a number.
 pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)> {
     let mut legend = vec![
         (
@@ -53,9 +53,9 @@ pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)>
     legend
 }
 
-/// A place of a map of winners: the cheapest method, whether stiffness limits its step, the methods
-/// that tie with it, and how many times as long the next one takes. A tie names two methods and has
-/// no colour.
+/// A tile of a map of winners. `name` is the cheapest method and `is_explicit` says whether
+/// stiffness limits its step. `ties` are the other methods that tie with it. `next` is
+/// the time of the next method over that of the winner. A tie names two methods and has no colour.
 pub(super) fn winner(name: &str, is_explicit: bool, ties: &[&str], next: Option<f64>) -> Tile {
     if let [second, others @ ..] = ties {
         let more = if others.is_empty() { String::new() } else { format!(" +{}", others.len()) };
@@ -66,7 +66,7 @@ pub(super) fn winner(name: &str, is_explicit: bool, ties: &[&str], next: Option<
     told(shade, &format!("{name}{margin}"))
 }
 
-/// The legend of a map of winners; `idle` says why a place is empty.
+/// The legend of a map of winners. `idle` says why a tile is empty.
 pub(super) fn legend_of_winners(idle: &str) -> Vec<(Tile, String)> {
     let entries = [
         (Shade::Open, "stiffness limits the step (explicit)"),
@@ -77,7 +77,7 @@ pub(super) fn legend_of_winners(idle: &str) -> Vec<(Tile, String)> {
     entries.map(|(shade, text)| (told(shade, ""), text.to_owned())).into()
 }
 
-/// What the signs in a map of winners say; `bound` says within what times are a tie.
+/// The meaning of the signs in a map of winners. `bound` says which times are a tie.
 pub(super) fn signs_of_winners(bound: &str) -> String {
     format!(
         "×2.5: the next method takes 2.5 times as long. A tie is {bound}: two methods are named, \

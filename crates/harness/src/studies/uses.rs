@@ -1,4 +1,4 @@
-//! Which method to take for what: the five uses of the first page, each answered from records.
+//! Which method to take for what: the five uses on the first page, each answered from records.
 
 use super::{animation, rest, scaling, trajectory};
 use drape_report::file::read_json;
@@ -8,13 +8,14 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 use trajectory::facts::{Facts, Winner};
 
-/// A use, what to take for it, and why.
+/// A use, the method to take for it, and the reason.
 pub type Use = (&'static str, (String, String));
 
-/// Which method to take for what, and what the record says, each from a record.
+/// The five uses, each with the method to take and the numbers behind it. They come from the
+/// records in the folder `results`.
 ///
 /// # Errors
-/// When a record cannot be read or lacks what is looked up.
+/// A message if a record cannot be read or lacks a number.
 pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     Ok([
         ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?),
@@ -25,7 +26,7 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     ])
 }
 
-/// The table of the report; none where a record is missing.
+/// The table of the report; `None` if a record is missing or lacks a number.
 pub(super) fn table(results: &Path) -> Option<Table> {
     let uses = all_uses(results).ok()?;
     let line = |(what, (take, why)): Use| vec![what.to_owned(), take, why];
@@ -37,33 +38,33 @@ pub(super) fn table(results: &Path) -> Option<Table> {
     })
 }
 
-/// The facts of a study.
+/// The facts of a study in the folder `results`.
 ///
 /// # Errors
-/// When the record cannot be read.
+/// A message if the record cannot be read.
 pub fn facts<F: DeserializeOwned>(results: &Path, study: &str) -> Result<F, String> {
     let path = results.join(study).with_extension("json");
     read_json(&path).map(|record: Record<F>| record.facts).map_err(|error| error.to_string())
 }
 
-/// The timings of a study.
+/// The rows of the timings of a study in the folder `results`.
 ///
 /// # Errors
-/// When they cannot be read.
+/// A message if the timings cannot be read.
 pub fn timings<R: DeserializeOwned>(results: &Path, study: &str) -> Result<Vec<R>, String> {
     let path = results.join("timings").join(study).with_extension("json");
     read_json(&path).map(|timings: Timings<R>| timings.rows).map_err(|error| error.to_string())
 }
 
-/// The error for which the pages name winners.
+/// Level of error for which the pages name winners.
 pub const LEVEL: f64 = 0.01;
 
-/// Light and heavy damping, as `trajectory` names them: a hundredth of the critical damping of the
-/// stiffest waves, and critical.
+/// Light and heavy damping, by their names in `trajectory`: a hundredth of the critical damping of
+/// the stiffest mode, and critical damping.
 pub const DAMPINGS: [&str; 2] = ["ζ = 0.01", "ζ = 1"];
 
-/// Stiffness of each sheet of `trajectory` with that damping, in rising order, and the winner for an
-/// error there; none where noise lets nothing rank.
+/// The sheets of `trajectory` with this damping, softest first. Each has its stiffness over mass
+/// (1/s²) and the winner at this level of error; `None` if noise prevents a ranking.
 pub fn wins<'a>(facts: &'a Facts, damping: &str, level: f64) -> Vec<(f64, Option<&'a Winner>)> {
     let own = facts.scenes.iter().filter(|scene| scene.damping == damping);
     let mut wins: Vec<(f64, Option<&Winner>)> = own
@@ -76,7 +77,7 @@ pub fn wins<'a>(facts: &'a Facts, damping: &str, level: f64) -> Vec<(f64, Option
     wins
 }
 
-/// The methods that tie with a winner.
+/// The methods that tie with a winner, without the winner's own.
 pub fn tied(winner: &Winner) -> Vec<&str> {
     let mut methods: Vec<&str> = Vec::new();
     for name in winner.tied.iter().map(|tied| method(&tied.label)) {
@@ -87,22 +88,22 @@ pub fn tied(winner: &Winner) -> Vec<&str> {
     methods
 }
 
-/// The method behind a label: what stands before the first comma.
+/// The method of a label: the text before the first comma.
 fn method(label: &str) -> &str {
     label.split(',').next().unwrap_or_default()
 }
 
-/// The method of a winner; `none` where no run gets there.
+/// The method of a winner; `none` if no run reaches the error.
 pub fn winning(winner: &Winner) -> &str {
     winner.label.as_deref().map_or("none", method)
 }
 
-/// Other methods that are as good, after what is taken.
+/// The text about other methods that are as good; empty without any.
 fn ties(what: &str, labels: &[String]) -> String {
     if labels.is_empty() { String::new() } else { format!("; {what}: {}", labels.join(", ")) }
 }
 
-/// The fastest methods of the scene of `animation` whose name has this part.
+/// The fastest good method, and its ties, on the scene of `animation` whose name contains `part`.
 fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
     use animation::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "animation")?;
@@ -217,7 +218,7 @@ fn nearest_at_rest(results: &Path) -> Result<Option<Rest>, String> {
     Ok(Some(Rest { form, near, ratio: ratio(first), why }))
 }
 
-/// Who is first on a soft sheet.
+/// The winner on a soft sheet.
 fn taught(results: &Path) -> Result<(String, String), String> {
     let facts = facts(results, "trajectory")?;
     let wins = wins(&facts, DAMPINGS[0], LEVEL);
@@ -232,7 +233,7 @@ fn taught(results: &Path) -> Result<(String, String), String> {
     Ok((format!("`{}`{}", winning(soft), ties("tie", &near)), why))
 }
 
-/// What is known of a million particles.
+/// The times of a million particles, and the form that is first on small cloth.
 fn of_a_million(results: &Path) -> Result<(String, String), String> {
     use scaling::facts::{RunTiming, TimingRow};
     let timings: Vec<TimingRow> = timings(results, "scaling")?;

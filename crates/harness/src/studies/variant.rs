@@ -1,18 +1,18 @@
-//! The methods of the registry in the settings in which an experiment runs them.
+//! The methods of the registry, in the settings that an experiment runs.
 
 use crate::methods;
 use crate::methods::runs::{Runs, Variant};
 use drape_integrator::{Method, Treatment};
 use drape_model::{EffectClass, EffectKind};
 
-/// Every method of the registry, in its order: in each of the forms that a study asks for, or at
-/// its defaults where it names none.
+/// Every method of the registry, in its order. It is given in each form that the study names, or at
+/// its defaults if the study names none.
 pub(super) fn of_registry(named: impl Fn(&Runs) -> &'static [Variant]) -> Vec<Variant> {
     let forms = |(method, runs)| or_defaults(method, named(runs), |form| form);
     methods::runs().flat_map(forms).collect()
 }
 
-/// The forms of a method, or its defaults.
+/// The named forms of a method, or else its defaults.
 pub(crate) fn or_defaults<T: Copy>(
     method: &Method,
     named: &[T],
@@ -21,7 +21,8 @@ pub(crate) fn or_defaults<T: Copy>(
     if named.is_empty() { vec![of(Variant::new(method.id, method.id))] } else { named.to_vec() }
 }
 
-/// Whether a method takes the tension springs at the old level, so that stiffness limits its step.
+/// Whether a method takes the tension springs at the old time level, so that stiffness limits its
+/// step.
 pub(crate) fn is_explicit(method: &Method) -> bool {
     method.treatment(EffectKind::Tension, EffectClass::Springs) == Treatment::Explicit
 }
@@ -42,7 +43,7 @@ mod tests {
         }
     }
 
-    /// Labels stand for one form each, and a form belongs to the method that names it.
+    /// Each label belongs to one form, and each form to the method that names it.
     #[test]
     fn no_study_has_two_forms_of_one_label() {
         for (method, runs) in methods::runs() {

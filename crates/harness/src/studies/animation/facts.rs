@@ -5,15 +5,15 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a film can use is off by at most this, m.
+/// Largest error that a film can use, m, where noise does not hide more.
 pub const GOOD: f64 = 0.01;
-/// Damping of a spring over its stiffness from which on it is heavy, s.
+/// Damping of a spring over its stiffness that counts as heavy, or any larger one, s.
 pub const HEAVY: f64 = 1e-3;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
-/// Where no distance ranks, a good run has the kinetic energy of the true motion within this factor.
+/// If no distance ranks, a good run has the true motion's kinetic energy within this factor.
 pub const LIVELY: f64 = 1.5;
-/// There its strain exceeds the true one by at most this.
+/// If no distance ranks, the strain of a good run exceeds the true one by at most this.
 pub const STRETCHED: f64 = 0.01;
 
 /// All scenes and methods.
@@ -22,14 +22,14 @@ pub const STRETCHED: f64 = 0.01;
 pub struct Facts {
     /// The scenes, each with its true motion.
     pub scenes: Vec<Scene>,
-    /// One a scene, form of a method and number of substeps.
+    /// One run for each scene, form of a method and number of substeps.
     pub runs: Vec<Run>,
-    /// What a long study had no time for.
+    /// Forms for which a long study had no time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<Missing>,
 }
 
-/// Forms that were not run, or not timed, on a scene for want of time.
+/// Forms that lack of time left without a run, or without a timing, on a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Missing {
@@ -37,26 +37,26 @@ pub struct Missing {
     pub scene: String,
     /// Labels of the forms that were not run.
     pub not_run: Vec<String>,
-    /// Labels of the forms that were run and not timed.
+    /// Labels of the forms that were run but not timed.
     pub not_timed: Vec<String>,
 }
 
-/// What the runs of a scene are ranked by.
+/// The measure that ranks the runs of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// The distance of the surfaces over the whole span: two motions of cloth that hangs stay
-    /// together.
+    /// Distance of the surfaces over the whole span. It can rank hanging cloth, whose motions stay
+    /// close to each other.
     Shape,
-    /// The distance of the particles at 0.3 s: cloth that touches or flutters forgets its start, so
-    /// that later all motions are equally far apart.
+    /// Distance of the particles at 0.3 s. Cloth that touches or flutters forgets its start, so
+    /// later all motions are equally far apart.
     Trajectory,
-    /// By nothing: after seconds of contact or wind no distance tells runs apart. A run is good if
-    /// it keeps its kinetic energy and its strain.
+    /// No distance: after seconds of contact or wind none tells runs apart. A run is good if it
+    /// keeps its kinetic energy and its strain.
     Kept,
 }
 
-/// One cloth in one scene, at 60 frames a second.
+/// One cloth in one scene, at one rate of frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -64,16 +64,16 @@ pub struct Scene {
     pub id: String,
     /// The bundled material.
     pub fabric: String,
-    /// What its runs are ranked by.
+    /// The measure that ranks its runs.
     pub measure: Measure,
-    /// Whether every form of a method is run; else only its first.
+    /// Whether every form of a method is run. If not, only its first form is.
     pub has_all_forms: bool,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.
     pub springs: usize,
-    /// Tensile rigidity along the stiffer threads, N/m: on square cells the stiffness of a line of
-    /// springs.
+    /// Tensile rigidity along the stiffer threads, N/m. On square cells it is the stiffness of a
+    /// line of springs.
     pub stiffness_n_per_m: f64,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
@@ -85,32 +85,32 @@ pub struct Scene {
     pub damping_over_stiffness_s: f64,
     /// Simulated time, s.
     pub span_s: f64,
-    /// Substeps of a frame within the limit of symplectic Euler, by Gershgorin's bound.
+    /// Number of substeps of a frame within symplectic Euler's limit, by Gershgorin's bound.
     pub limit_substeps: u32,
-    /// Substeps of a frame in the true motion.
+    /// Number of substeps of a frame in the true motion.
     pub reference_substeps: u32,
-    /// Number of true motions: one without noise, the others from starts moved by up to 1 µm out of
-    /// the plane. A run is held against the nearest.
+    /// Number of true motions: one without noise, and others from starts moved by up to 1 µm out of
+    /// the plane. A run is compared with the nearest.
     pub members: usize,
-    /// Mean distance over the span of the surfaces of two starts that differ by noise, m: a smaller
+    /// Mean distance over the span of the surfaces of two starts that differ by noise, m. A smaller
     /// error means nothing.
     pub shape_floor_m: f64,
     /// Root of the mean square distance of the particles of two such starts at 0.3 s, m.
     pub trajectory_floor_m: f64,
-    /// Distance of the surfaces when the step of the true motion is doubled, m.
+    /// Distance of the surfaces if the step of the true motion is doubled, m.
     pub reference_error_m: f64,
-    /// 99th percentile of the strain along the threads, mean over time.
+    /// 99th percentile of the strain along the threads: a mean over time.
     pub strain: f64,
     /// Energy that the scene sets free, J.
     pub released_j: f64,
-    /// Energy of springs and hinges at the start, over that which the scene sets free.
+    /// Energy of springs and hinges at the start, over the energy that the scene sets free.
     pub prestress: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Scene {
-    /// The noise of what its runs are ranked by, m; 0 where nothing ranks them.
+    /// Noise in the measure that ranks the runs, m; 0 if no distance ranks.
     pub fn floor_m(&self) -> f64 {
         match self.measure {
             Measure::Kept => 0.0,
@@ -119,13 +119,13 @@ impl Scene {
         }
     }
 
-    /// An error of at most this is good, m. Two motions that differ by noise alone are apart by the
-    /// noise, and one that errs as much besides by about twice that.
+    /// Largest error of a good run, m. It is at least twice the noise, since noise alone sets two
+    /// true motions apart, and a run may err by as much again.
     pub fn good_m(&self) -> f64 {
         GOOD.max(2.0 * self.floor_m())
     }
 
-    /// The error by which a run is ranked, m.
+    /// The error that ranks a run, m; `None` if no distance ranks or the run was not measured.
     pub fn error(&self, run: &Run) -> Option<f64> {
         match self.measure {
             Measure::Kept => None,
@@ -145,43 +145,43 @@ pub struct Run {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Calls of the method in a frame.
+    /// Number of calls of the method in a frame.
     pub substeps: u32,
-    /// Whether stiffness limits its step, so that calls were added until it held.
+    /// Whether stiffness limits the step. Then calls are added until the run is stable.
     pub is_limited: bool,
     /// `stable`, `locked`, `lost contact`, `marginal`, `unstable`, `diverged`, `over budget` or
     /// `refused`.
     pub verdict: Verdict,
-    /// Mean distance of the surface to that of the nearest true motion, both ways, mean over time,
-    /// m.
+    /// Mean distance of the surface from the nearest true motion's, both ways, m: a mean over time.
+    /// `None` if the run was not judged.
     pub shape_error_m: Option<f64>,
-    /// Root of the mean square distance of the particles to those of the nearest true motion at
+    /// Root of the mean square distance of the particles from those of the nearest true motion at
     /// 0.3 s, m.
     pub trajectory_error_m: Option<f64>,
-    /// How much the 99th percentile of the strain exceeds that of the true motion.
+    /// 99th percentile of the strain less that of the true motion: means over time.
     pub excess_strain: Option<f64>,
-    /// Path of the midpoint of the free edge over that of the true motion.
+    /// Length of the path of the free edge's midpoint, over that in the true motion.
     pub retained: Option<f64>,
-    /// Mean kinetic energy over that of the true motion.
+    /// Mean kinetic energy, over that of the true motion.
     pub kinetic: Option<f64>,
-    /// Particles that lie on the obstacle at the end, over those of the true motion.
+    /// Number of particles that lie on the obstacle at the end, over that in the true motion.
     pub contact: Option<f64>,
-    /// Greatest rise of the energy over what the scene sets free; 0 where rings or wind supply some.
+    /// Greatest rise of the energy, over the energy set free; 0 if rings or wind supply energy.
     pub gain: f64,
-    /// What its steps counted.
+    /// Counts of work over all steps.
     pub counts: Counters,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Run {
-    /// Whether it can be shown: it neither gains energy nor stands still.
+    /// Whether the run is stable, keeps its motion, and stays on its obstacle.
     pub fn is_sound(&self) -> bool {
         self.verdict == Verdict::Stable
     }
 
-    /// Whether it is near enough to the true motion, too. Below the noise of the scene nothing is
-    /// told apart. Where no distance ranks, it keeps its kinetic energy and its strain.
+    /// Whether the run is sound and near enough to the true motion. If no distance ranks, it must
+    /// keep its kinetic energy and its strain instead.
     pub fn is_good(&self, scene: &Scene) -> bool {
         let is_near = match scene.measure {
             Measure::Kept => {
@@ -205,9 +205,9 @@ pub struct TimingRow {
     pub label: String,
     /// As in [`Run::substeps`].
     pub substeps: u32,
-    /// Frames that were timed, from the start.
+    /// Number of frames that were timed, from the start.
     pub frames: u64,
-    /// Seconds in all calls of the method, one entry a repetition.
+    /// Seconds in all calls of the method, one entry for each repetition.
     pub samples_s: Vec<f64>,
     /// Median of the samples over the number of frames, s.
     pub frame_s: f64,

@@ -1,4 +1,4 @@
-//! Experiment `animation`: what a frame costs that is good enough.
+//! Experiment `animation`: what a good frame costs.
 
 pub mod facts;
 pub(crate) mod plates;
@@ -7,7 +7,7 @@ mod words;
 
 use super::Parts;
 
-/// Larger cloth and longer spans: hours of work, which `reproduce` leaves to `reproduce --long`.
+/// Larger cloth and longer spans. They take hours, so only `reproduce --long` runs them.
 pub(super) const LONG: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "animation-long",
     question: words::LONG_QUESTION,

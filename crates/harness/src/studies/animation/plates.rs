@@ -12,7 +12,7 @@ use drape_report::plot::{
 };
 use std::collections::BTreeSet;
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -43,7 +43,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// The figures of the long study.
+/// The figures of the long study, in the page's order.
 pub(super) const LONG_PLATES: &[Plate<Input>] = &[
     Plate {
         file: "animation-long-frames.svg",
@@ -102,13 +102,13 @@ fn time(input: &Input, run: &Run) -> Option<f64> {
     rows.iter().find(is_its).map(|row| row.frame_s)
 }
 
-/// Sound runs of a scene with their times, s, and errors, m.
+/// Sound runs of a scene that have a time and an error: the run, its time (s) and its error (m).
 fn timed<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Run, f64, f64)> {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_sound());
     own.filter_map(|run| Some((run, time(input, run)?, scene.error(run)?))).collect()
 }
 
-/// The runs that no other beats in time and error, the cheapest first.
+/// The Pareto front: the runs that no other run beats in both time and error, cheapest first.
 fn best(mut runs: Vec<(&Run, f64, f64)>) -> Vec<(&Run, f64, f64)> {
     runs.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
     let mut least = f64::INFINITY;
@@ -120,7 +120,7 @@ fn best(mut runs: Vec<(&Run, f64, f64)>) -> Vec<(&Run, f64, f64)> {
     runs
 }
 
-/// What the runs of a scene are ranked by.
+/// The measure that ranks the runs of a scene, in words.
 fn measured(scene: &Scene) -> &'static str {
     match scene.measure {
         Measure::Shape => "distance of surfaces",
@@ -129,14 +129,14 @@ fn measured(scene: &Scene) -> &'static str {
     }
 }
 
-/// The scenes that have runs: a long study may know more of them.
+/// The scenes that have runs. A long study may list scenes that were not run yet.
 fn shown(input: &Input) -> impl Iterator<Item = &Scene> {
     let has_runs = |scene: &&Scene| input.facts.runs.iter().any(|run| run.scene == scene.id);
     input.facts.scenes.iter().filter(has_runs)
 }
 
-/// The scenes of the one figure: cloth that hangs by its corners, but for meshes that are coarser
-/// than that of other scenes with as many forms.
+/// The scenes of the one figure: cloth that hangs by its corners. A mesh coarser than the finest
+/// one with all forms is left out.
 fn hanging(input: &Input) -> Vec<&Scene> {
     let hanging = || shown(input).filter(|scene| scene.id.starts_with("hanging"));
     let full = hanging().filter(|scene| scene.has_all_forms);
@@ -144,7 +144,7 @@ fn hanging(input: &Input) -> Vec<&Scene> {
     hanging().filter(|scene| scene.particles >= least).collect()
 }
 
-/// The name of a panel of the one figure.
+/// The title of a panel of the one figure.
 fn panel(scene: &Scene) -> Vec<String> {
     let damping = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
     let more = if scene.has_all_forms {
@@ -160,11 +160,11 @@ fn id(run: &Run) -> &str {
     run.method.split(':').next().unwrap_or(&run.method)
 }
 
-/// Most methods that the one figure names.
+/// Largest number of methods that the one figure names.
 const NAMED: usize = 7;
 
-/// The methods that stand on the front of most scenes, as many as there are looks. Below the noise
-/// no run beats another but by its time, and errors beyond those of the map are of no use.
+/// The methods that stand on the fronts of most scenes, at most [`NAMED`] of them. Errors below the
+/// noise count as equal to it, and errors too large for the map are left out.
 fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for scene in scenes {
@@ -186,7 +186,7 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     counts.into_iter().take(NAMED).map(|(method, _)| method).collect()
 }
 
-/// All methods, in the order of their runs.
+/// All methods, in the order of the runs.
 fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     let mut methods: Vec<&str> = Vec::new();
     for run in runs {
@@ -197,7 +197,8 @@ fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     methods
 }
 
-/// Methods that have no sound run on a scene, with a sign of each way in which their runs fail.
+/// Methods without a sound run on a scene, once for each way in which their runs fail, with its
+/// sign.
 fn without_curve<'a>(input: &'a Input, scene: &Scene) -> Vec<(String, &'a str)> {
     let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
     let faults_of = |method: &'a str| {
@@ -209,7 +210,7 @@ fn without_curve<'a>(input: &'a Input, scene: &Scene) -> Vec<(String, &'a str)> 
     methods(own()).into_iter().flat_map(faults_of).collect()
 }
 
-/// Names behind their signs, a line a sign.
+/// Names behind their signs, one line for each sign.
 fn by_sign(faults: &[(String, &str)]) -> Vec<String> {
     let signs = ["L", "✗", ">", "–"].into_iter();
     let line = |sign: &str| {
@@ -220,9 +221,9 @@ fn by_sign(faults: &[(String, &str)]) -> Vec<String> {
     signs.filter_map(line).collect()
 }
 
-/// Characters of a line above a panel of the one figure.
+/// Number of characters that fit in a line above a panel of the one figure.
 const LETTERS: usize = 35;
-/// Smaller errors are drawn as this in the one figure, m.
+/// Smaller errors are drawn as this one in the one figure, m.
 const LEAST_SHOWN: f64 = 1e-5;
 
 fn frames(input: &Input) -> Option<Sheet> {
@@ -280,17 +281,17 @@ fn frames(input: &Input) -> Option<Sheet> {
     Some(sheet)
 }
 
-/// The greatest error of the map, m.
+/// The largest error of the map, m.
 const MOST: f64 = 0.03;
-/// Errors of the columns of the map, m.
+/// Largest errors of the columns of the map.
 const LEVELS: [Level; 4] = [Level::At(MOST), Level::Good, Level::At(0.003), Level::At(0.001)];
 
-/// The greatest error of a column.
+/// The largest error of a column.
 #[derive(Clone, Copy)]
 enum Level {
     /// The same in every scene, m.
     At(f64),
-    /// Whatever is good enough in a scene, where noise may hide smaller errors.
+    /// The scene's own bound on a good error, which noise may raise.
     Good,
 }
 
@@ -310,8 +311,8 @@ impl Level {
     }
 }
 
-/// The fastest run of each method with an error of at most `level`, the fastest first; none where
-/// the noise is more than half of it.
+/// The fastest run of each method with an error of at most `level` (m), fastest first. Empty if the
+/// noise exceeds half of `level`.
 fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
     let mut least: Vec<(&Run, f64)> = Vec::new();
     if 2.0 * scene.floor_m() > level {
@@ -343,7 +344,7 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
     tiles::winner(id(first), first.is_limited, &ties, next)
 }
 
-/// The map, which says where two uses stand: the long study has no row for them.
+/// The map, with a note about two uses. The long study has no row for these.
 fn map_of_uses(input: &Input) -> Option<Matrix> {
     let uses = "A curtain in a film: the row at 24 Hz. A skirt in a game: the row on a ball.";
     let mut map = map(input)?;
@@ -418,14 +419,14 @@ fn all_labels(input: &Input) -> Vec<String> {
     labels(input.facts.runs.iter().map(|run| (run.method.as_str(), run.label.as_str())))
 }
 
-/// The least time of a scene, s.
+/// The least time of a good run on a scene, s.
 fn least(input: &Input, scene: &Scene) -> Option<f64> {
     let labels = all_labels(input);
     let times = labels.iter().filter_map(|label| Some(cheapest_of(input, scene, label)?.1));
     times.reduce(f64::min)
 }
 
-/// The tile of a form without a good run on a scene.
+/// The cell of a form without a good run on a scene.
 fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
     fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
@@ -470,7 +471,7 @@ fn millimetres(value: f64) -> String {
     significant(1e3 * value, 2)
 }
 
-/// What the scenes are.
+/// The table of scenes.
 fn scenes(input: &Input) -> Table {
     let line = |scene: &Scene| {
         vec![
@@ -504,7 +505,7 @@ fn scenes(input: &Input) -> Table {
     }
 }
 
-/// The front of a scene.
+/// The table of a scene's front.
 fn fronts(input: &Input, scene: &Scene) -> Table {
     let some = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(absent, text);
     let (rows, what) = match scene.measure {
@@ -547,7 +548,7 @@ fn fronts(input: &Input, scene: &Scene) -> Table {
     }
 }
 
-/// Good runs of a scene on which no distance ranks, the cheapest first.
+/// Good runs of a scene whose runs no distance ranks, cheapest first.
 fn good<'a>(input: &'a Input, scene: &Scene) -> Vec<(&'a Run, f64, Option<f64>)> {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_good(scene));
     let mut runs: Vec<_> = own.filter_map(|run| Some((run, time(input, run)?, None))).collect();
@@ -555,7 +556,7 @@ fn good<'a>(input: &'a Input, scene: &Scene) -> Vec<(&'a Run, f64, Option<f64>)>
     runs
 }
 
-/// The error that ranks by calls, for every form.
+/// The table of errors by calls a frame, for every form.
 fn errors(input: &Input) -> Table {
     let runs = &input.facts.runs;
     let cell = |scene: &Scene, label: &str| {

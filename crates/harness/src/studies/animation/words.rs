@@ -1,4 +1,4 @@
-//! The words of the study `animation`: its question, and what its numbers say.
+//! The words of the study `animation`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, GOOD, LIVELY, Measure, Run, STRETCHED, Scene};
 use crate::studies::names::{labels, methods, range};
@@ -13,14 +13,14 @@ pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
 /// The question of the long study.
 pub(super) const LONG_QUESTION: &str =
     "Does the answer of `animation` hold for larger cloth and for five seconds?";
-/// What the long study stands behind.
+/// Studies that a reader should know before the long study.
 pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
-/// Two true motions that are so far apart in the mean have gone different ways, m: as far as the
-/// cloth is wide.
+/// Two true motions with at least this mean distance have gone different ways, m. It is the width
+/// of the cloth.
 const APART_M: f64 = 1.0;
 
-/// What the facts say. Times belong to a machine and stand in the figures.
+/// The findings that the facts support. Times belong to a machine, so only figures show them.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [in_one_call(facts), explicit(facts)].into_iter().flatten();
     let conclusion = conclusion.collect::<Vec<_>>().join(" ");
@@ -32,7 +32,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// What the facts of the long study say, and what it lacks.
+/// The findings of the long study, and what it has not run yet.
 pub(super) fn long(facts: &Facts) -> Words {
     let mut ran = facts.clone();
     ran.scenes.retain(|scene| runs(facts, scene).next().is_some());
@@ -82,17 +82,18 @@ fn runs<'a>(facts: &'a Facts, scene: &'a Scene) -> impl Iterator<Item = &'a Run>
     facts.runs.iter().filter(move |run| run.scene == scene.id)
 }
 
-/// The forms of some runs, each once.
+/// The labels of some runs, each once.
 fn forms<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     labels(runs.map(|run| run.label.as_str()))
 }
 
-/// Millimetres.
+/// A length in millimetres, as text.
 fn mm(metres: f64) -> String {
     significant(1e3 * metres, 2)
 }
 
-/// The forms for which one call a frame is enough in the most scenes.
+/// The forms for which one call a frame is enough in most scenes, after the measure of a good
+/// frame.
 fn in_one_call(facts: &Facts) -> Option<String> {
     let is_good = |label: &str, scene: &Scene| {
         let mut once = runs(facts, scene).filter(|run| run.label == label && run.substeps == 1);
@@ -119,7 +120,7 @@ fn in_one_call(facts: &Facts) -> Option<String> {
     Some(format!("{scale} {said}"))
 }
 
-/// When a frame is good, in words.
+/// The measure of a good frame, in words.
 fn scale(facts: &Facts) -> String {
     let has = |is_it: fn(Measure) -> bool| facts.scenes.iter().any(|scene| is_it(scene.measure));
     let kept = format!(
@@ -135,7 +136,7 @@ fn scale(facts: &Facts) -> String {
     }
 }
 
-/// How many calls explicit forms need.
+/// How few calls a good frame of a limited form takes.
 fn explicit(facts: &Facts) -> Option<String> {
     let least = |scene: &Scene| {
         let own = runs(facts, scene).filter(|run| run.is_good(scene) && run.is_limited);
@@ -146,7 +147,7 @@ fn explicit(facts: &Facts) -> Option<String> {
     Some(format!("Where stiffness limits the step, a good frame takes at least {calls} calls."))
 }
 
-/// The nearest motion with one call.
+/// The largest error of the best run with one call a frame, over all scenes.
 fn nearest(facts: &Facts) -> Option<String> {
     let best = |scene: &Scene| {
         let own = runs(facts, scene).filter(|run| run.substeps == 1 && run.is_sound());
@@ -157,12 +158,12 @@ fn nearest(facts: &Facts) -> Option<String> {
     Some(format!("With one call a frame the nearest run of a scene is off by at most {most} mm."))
 }
 
-/// A sentence about the forms of some runs.
+/// A sentence that counts forms and names their methods; `None` without any.
 fn told(what: &str, names: &[&str]) -> Option<String> {
     (!names.is_empty()).then(|| format!("{what}: {} forms, of {}.", names.len(), methods(names)))
 }
 
-/// Forms that stand still at one call a frame somewhere.
+/// Forms that lose more than half of the motion in some scene at one call a frame.
 fn still(facts: &Facts) -> Option<String> {
     let own = facts.runs.iter().filter(|run| run.substeps == 1);
     let still = forms(own.filter(|run| run.verdict == Verdict::Locked));
@@ -180,13 +181,13 @@ fn gaining(facts: &Facts) -> Option<String> {
     told("With one to four calls a frame energy is gained somewhere", &gaining)
 }
 
-/// Forms with which the cloth slides off.
+/// Forms with which the cloth slides off the ball.
 fn lost(facts: &Facts) -> Option<String> {
     let lost = facts.runs.iter().filter(|run| run.verdict == Verdict::LostContact);
     told("The cloth slides off the ball, which it should not", &forms(lost))
 }
 
-/// Forms that are good nowhere.
+/// Forms without a good run.
 fn never(facts: &Facts) -> Option<String> {
     let is_good = |label: &str| {
         facts
@@ -321,7 +322,7 @@ mod tests {
             (of("restless", 1.6, 0.0), false),
             (of("quicker, but near enough", 1.4, 0.0), true),
             (of("stretched", 1.0, 0.02), false),
-            // A stiffer cloth than the true one stretches less, which no limit forbids.
+            // A cloth that stretches less than the true one is too stiff, which no limit forbids.
             (of("short", 1.0, -0.02), true),
             (Run { kinetic: None, ..of("unknown energy", 1.0, 0.0) }, false),
             (Run { excess_strain: None, ..of("unknown strain", 1.0, 0.0) }, false),
@@ -362,7 +363,7 @@ mod tests {
         let missing = vec![missing(&["a", "b"], &[]), missing(&[], &["c"])];
         let empty = Scene { id: "t".to_owned(), ..scene() };
         let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
-        // A scene without runs is no scene in which a method fails.
+        // A scene without runs does not count as a failure of the method.
         assert!(said.conclusion.contains("in every scene with `good`"), "{said:?}");
         let caveats = said.caveats.join(" ");
         assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");

@@ -5,7 +5,7 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The base point, from which one factor varies at a time: step, s.
+/// Step of the base point, s. One factor at a time varies from the base point.
 pub(super) const BASE_STEP_S: f64 = 0.01;
 /// Forcing term of the base point.
 pub(super) const FORCING_TERM: f64 = 0.05;
@@ -30,7 +30,7 @@ pub(super) const PLAIN_MOTION: &str = "imex-euler";
 pub(super) const UPDATED_MOTION: &str = "imex-updated";
 /// [`Motion::label`] of updated CG without shear springs in the matrix.
 pub(super) const TENSION_ONLY: &str = "imex-updated, tension only";
-/// [`Motion::label`] of the method to compare with.
+/// [`Motion::label`] of backward Euler, with which the others are compared.
 pub(super) const IMPLICIT: &str = "backward-euler";
 
 /// Cells of all series.
@@ -39,7 +39,7 @@ pub(super) const IMPLICIT: &str = "backward-euler";
 pub struct Facts {
     /// Iteration counts.
     pub cells: Vec<Cell>,
-    /// What the cloth did meanwhile.
+    /// Motion of the cloth in runs with these settings.
     pub motion: Vec<Motion>,
 }
 
@@ -47,10 +47,11 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// The sweep: `stiffness`, `step` or `forcing-term`. A cell of several sweeps stands in each.
+    /// The sweep: `stiffness`, `step` or `forcing-term`. A cell that belongs to several sweeps is
+    /// listed in each.
     pub series: String,
-    /// Whether k/m is held (`fixed-k-over-m`, the paper's series) or the fabric
-    /// (`fixed-material`, k/m grows with the number of particles).
+    /// Whether k/m is fixed (`fixed-k-over-m`, the paper's series) or the fabric is
+    /// (`fixed-material`, where k/m grows with the number of particles).
     pub material: String,
     /// Number of particles.
     pub particles: usize,
@@ -72,30 +73,30 @@ pub struct Cell {
     pub method: String,
     /// Number of steps that ran.
     pub steps: u64,
-    /// CG iterations in all.
+    /// Number of CG iterations in the whole run.
     pub cg_iterations: u64,
-    /// CG iterations per step.
+    /// Number of CG iterations a step.
     pub cg_per_step: f64,
-    /// Outer passes in all.
+    /// Number of outer passes in the whole run.
     pub outer_passes: u64,
-    /// Newton iterations in all (robust form only).
+    /// Number of Newton iterations in the whole run (robust form only).
     pub newton_iterations: u64,
-    /// Steps that took no CG iteration at all.
+    /// Number of steps without any CG iteration.
     pub idle_steps: u64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
-    /// Greatest rise of the total energy above its least value so far, over the energy that the
+    /// Greatest rise of the total energy above its least value before, over the energy that the
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// How far the sheet fell: few iterations are worth nothing where it hardly moves.
+/// The fall of the sheet. Few iterations are no success if it hardly moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
@@ -110,22 +111,22 @@ pub struct Motion {
     pub method: String,
     /// Vertical displacement of the free edge's midpoint at t = 0.3 s, m (negative: down).
     pub fall_m: f64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start within the run, J.
     pub energy_gain_j: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// Equality of settings, which may have been computed.
+/// Whether two settings are equal up to round-off, since either may have been computed.
 fn same(a: f64, b: f64) -> bool {
     libm::fabs(a - b) <= 1e-9 * libm::fabs(b)
 }
 
-/// Whether a cell has step and forcing term of the base point.
+/// Whether a cell has the step and the forcing term of the base point.
 pub(super) fn at_base_point(cell: &Cell) -> bool {
     at_base_step(cell) && at_base_forcing_term(cell)
 }
@@ -140,14 +141,14 @@ pub(super) fn at_base_forcing_term(cell: &Cell) -> bool {
     same(cell.forcing_term, FORCING_TERM)
 }
 
-/// Whether a cell has preconditioner and start of the base point.
+/// Whether a cell has the preconditioner and the start vector of the base point.
 pub(super) fn with_base_solver(cell: &Cell) -> bool {
-    // The robust form starts at the better of both: the extrapolation alone is not safe.
+    // The robust form takes the better of both start vectors: extrapolation alone is not safe.
     let start = if cell.variant == UPDATED_ROBUST { "best" } else { BASE_START };
     cell.preconditioner == BASE_PRECONDITIONER && cell.start == start
 }
 
-/// Whether a cell is one of the paper's series.
+/// Whether a cell belongs to the paper's series.
 pub(super) fn at_fixed_k_over_m(cell: &Cell) -> bool {
     cell.material == FIXED_K_OVER_M
 }

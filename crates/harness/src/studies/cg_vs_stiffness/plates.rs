@@ -16,7 +16,7 @@ use drape_report::plot::{
     Axis, Draft, Look, Point, Series, Sheet, State, names, panels_of, place_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -88,7 +88,7 @@ pub(super) const MOTIONS: [&str; 4] = [PLAIN_MOTION, UPDATED_MOTION, TENSION_ONL
 const K_OVER_M: &str = "stiffness over mass k/m (s⁻²)";
 const PER_STEP: &str = "CG iterations per step";
 
-/// The cells of a series of the experiment that are of a kind.
+/// The cells of one sweep that `kind` selects.
 fn select<'a>(input: &'a Input, series: &str, kind: impl Fn(&Cell) -> bool) -> Vec<&'a Cell> {
     input.facts.cells.iter().filter(|cell| cell.series == series && kind(cell)).collect()
 }
@@ -101,7 +101,7 @@ fn particles(n: usize) -> String {
     format!("{n} particles")
 }
 
-/// The different numbers of particles, in rising order.
+/// The different numbers of particles, ascending.
 fn sizes(cells: &[&Cell]) -> Vec<usize> {
     let sizes: std::collections::BTreeSet<usize> = cells.iter().map(|c| c.particles).collect();
     sizes.into_iter().collect()
@@ -203,7 +203,7 @@ fn plain_and_updated(input: &Input) -> Option<Sheet> {
     panels_of(drafts, |xs| Axis::log(K_OVER_M, xs), |ys| Axis::log_with_zero(PER_STEP, ys))
 }
 
-/// A panel for each number of particles and variant; `series` makes its curves.
+/// A panel for each number of particles and variant. `series` makes its curves.
 fn by_size_and_variant(cells: &[&Cell], series: impl Fn(&[&Cell]) -> Vec<Series>) -> Vec<Draft> {
     let variants = names(&VARIANTS, cells.iter().map(|cell| cell.variant.as_str()));
     let mut drafts = Vec::new();
@@ -281,7 +281,8 @@ fn motion(input: &Input) -> Option<Sheet> {
             (vec![format!("h = {} s", setting(*h))], series.collect(), Vec::new())
         })
         .collect();
-    // Only runs that held decide on the axis, so that one that flew off does not flatten them.
+    // Only runs that stayed on the scene set the axis. Otherwise a run that flew off would flatten
+    // them.
     let held = motion.iter().filter(|m| State::of_verdict(m.verdict) != State::Failed);
     let span: Vec<f64> = held.map(|m| m.fall_m).chain([0.0]).collect();
     panels_of(

@@ -17,19 +17,19 @@ const SCENE: &str = "hanging-textile-1e4";
 const MOTION_SCENE: &str = "hanging-textile-sheared-1e6";
 /// Simulated time of each count, s.
 const DURATION: f64 = 1.0;
-/// Simulated time of the fall, s: the reference sheet is still on its way down.
+/// Simulated time of the fall, s. The reference sheet is still falling at its end.
 const FALL_TIME: f64 = 0.3;
-/// Base point of the star: step size (s) and forcing term.
+/// The base point, from which one factor at a time varies: step size (s) and forcing term.
 const STEP: f64 = 0.01;
 const SIDES: [u32; 2] = [20, 52];
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
-/// Greatest stiffness over mass at which the released energy is computed, 1/s².
+/// Greatest stiffness over mass of the reference that gives the released energy, 1/s².
 const REFERENCE_STIFFNESS: f64 = 1e7;
 const FIXED_MATERIAL: &str = "fixed-material";
 const STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05];
 const FORCING_TERMS: [f64; 7] = [0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-6];
-/// Newton, to which the robust form turns for θ > 100, factorises 8112 unknowns on the larger
-/// sheet: beyond this stiffness that is another experiment.
+/// Largest stiffness over mass of the robust form on the larger sheet, 1/s². For θ > 100 it turns
+/// to Newton, which would factorise 8112 unknowns. That is another experiment.
 const ROBUST_LIMIT_LARGE: f64 = 1e6;
 
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,7 @@ impl Point {
     }
 }
 
-/// A star around the base point: one factor varied at a time.
+/// A star of points around the base point, with one factor varied at a time.
 fn star(quick: bool) -> Vec<Point> {
     let mut points = Vec::new();
     let sides: &[u32] = if quick { &SIDES[..1] } else { &SIDES };
@@ -91,7 +91,7 @@ fn star(quick: bool) -> Vec<Point> {
                 points.push(base("stiffness", side, stiffness, "updated-robust"));
             }
             if side != SIDES[0] {
-                // The same fabric on the finer mesh: k stays, m falls with the number of particles.
+                // The same fabric on the finer mesh: k stays the same, and m is smaller.
                 let plain = base("stiffness", side, stiffness * refinement(side), "plain");
                 points.push(Point { material: FIXED_MATERIAL, ..plain });
             }
@@ -114,7 +114,7 @@ fn star(quick: bool) -> Vec<Point> {
     points
 }
 
-/// A sheet of given size and stiffness, with the energy that it sets free.
+/// A sheet with a size and a stiffness, and the energy that it sets free.
 struct Sheet {
     material: &'static str,
     side: u32,
@@ -124,17 +124,17 @@ struct Sheet {
     reference_energy: f64,
 }
 
-/// The hanging textile at a size and a stiffness.
+/// The scene of the hanging textile with this size and stiffness.
 fn scene(material: &str, side: u32, stiffness: f64) -> Result<Scene, HarnessError> {
     let mut scene = with_particles_a_side(bundled(SCENE)?, side);
     if material == FIXED_MATERIAL {
-        // Its damping coefficient stays too, on lighter particles.
+        // The damping coefficient stays the same too, on lighter particles.
         scene = with_damping_scaled(scene, refinement(side));
     }
     Ok(with_stiffness(scene, stiffness))
 }
 
-/// The sheets of the points, each once.
+/// The sheets of the points, without repetition.
 fn sizes(points: &[Point]) -> Vec<(&'static str, u32, f64)> {
     let mut sizes: Vec<_> = points.iter().map(key).collect();
     sizes.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
@@ -154,8 +154,8 @@ impl Sheet {
     fn new(material: &'static str, side: u32, stiffness: f64) -> Result<Self, HarnessError> {
         let scene = scene(material, side, stiffness)?;
         let (spec, simulation) = build(&scene)?;
-        // The reference is explicit: beyond this its steps would be too many, and the sheet hardly
-        // stretches any more.
+        // The reference is explicit. Beyond this stiffness it would take too many steps, and the
+        // sheet hardly stretches.
         let reference = with_stiffness(scene, stiffness.min(REFERENCE_STIFFNESS));
         let reference_energy = reference_energy(&build(&reference)?.1, DURATION)?;
         let hash = system_hash(&spec);
@@ -163,7 +163,7 @@ impl Sheet {
     }
 }
 
-/// Particles over those of the smaller sheet.
+/// Number of particles over that of the smaller sheet.
 fn refinement(side: u32) -> f64 {
     f64::from(side * side) / f64::from(SIDES[0] * SIDES[0])
 }
@@ -198,7 +198,7 @@ fn cell(point: &Point, sheet: &Sheet) -> Result<Cell, HarnessError> {
     })
 }
 
-/// Labels and methods of the fall.
+/// Labels and methods of the runs that measure the fall.
 const FALLING: [(&str, &str); 4] = [
     (PLAIN_MOTION, "imex-euler:norm=euclid"),
     (UPDATED_MOTION, "imex-updated"),
@@ -237,7 +237,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(material, side, stiffness)| {
         Start::new(name(material, side, stiffness), move || {
@@ -280,7 +280,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let cells = facts.cells.iter().map(|c| {
         let key = format!(

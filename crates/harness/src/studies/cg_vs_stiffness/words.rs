@@ -1,4 +1,4 @@
-//! The words of the study `cg-vs-stiffness`.
+//! The words of the study `cg-vs-stiffness`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::number::{power, setting, significant};
@@ -10,10 +10,10 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["tables"];
 
-/// A sheet that falls less than this share of the true fall hardly moves.
+/// A sheet hardly moves if it falls less than this share of the true fall.
 const HALF: f64 = 0.5;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [most(facts), plain_fall(facts), updated_fall(facts)];
     let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -28,7 +28,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// The cells of a variant over the stiffness, with the solver of the base point.
+/// The cells of a variant in the sweep over stiffness, with the solver of the base point.
 fn base<'a>(facts: &'a Facts, variant: &'a str) -> impl Iterator<Item = &'a Cell> + Clone {
     let cells = facts.cells.iter().filter(|cell| cell.series == STIFFNESS);
     cells.filter(move |c| c.variant == variant && at_fixed_k_over_m(c) && with_base_solver(c))
@@ -38,7 +38,7 @@ fn k_over_m(value: f64) -> String {
     format!("k/m = {} s⁻²", power(value))
 }
 
-/// The greatest count of plain CG.
+/// The greatest iteration count of plain CG.
 fn most(facts: &Facts) -> Option<String> {
     let most = base(facts, PLAIN).max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
     let stiffness = base(facts, PLAIN).map(|cell| cell.stiffness_over_mass_per_s2);
@@ -52,7 +52,7 @@ fn most(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Stiffnesses in rising order, with the fall of a method over that of backward Euler.
+/// The fall of a method over that of backward Euler, for each k/m (1/s²), ascending.
 fn shares(facts: &Facts, label: &str) -> Vec<(f64, f64)> {
     let falls = facts.motion.iter().filter(|motion| motion.label == label);
     let mut shares: Vec<_> = falls
@@ -91,7 +91,7 @@ fn updated_fall(facts: &Facts) -> Option<String> {
     Some(format!("With updated, safeguarded CG it {far}: the falls differ by at most {off} %."))
 }
 
-/// What preconditioner and start vector save.
+/// The iterations that preconditioner and start vector save.
 fn solver(facts: &Facts) -> Option<String> {
     let other = |cell: &Cell, preconditioner: &str, start: &str| {
         let cells = facts.cells.iter().filter(|c| c.series == STIFFNESS && c.variant == PLAIN);
@@ -114,7 +114,7 @@ fn solver(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Plain CG that gains energy, and how many of its steps passed the test without an iteration.
+/// How many runs of plain CG gain energy, and how many steps of the worst take no iteration.
 fn loose(facts: &Facts) -> Option<String> {
     let plain = facts.cells.iter().filter(|c| c.series == STIFFNESS && c.variant == PLAIN);
     let all = plain.clone().count();
@@ -130,7 +130,7 @@ fn loose(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Whether updated CG gains energy.
+/// How many runs of updated CG gain energy.
 fn updated(facts: &Facts) -> Option<String> {
     let count = |variant| {
         let failing = base(facts, variant).filter(|cell| cell.verdict != Verdict::Stable).count();
@@ -146,7 +146,7 @@ fn updated(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What happens where shear is left out of the matrix.
+/// How often updated CG gains energy if shear is left out of the matrix.
 fn tension(facts: &Facts) -> Option<String> {
     let runs = facts.motion.iter().filter(|motion| motion.label == TENSION_ONLY);
     let failing = runs.clone().filter(|motion| motion.verdict != Verdict::Stable);
@@ -162,7 +162,7 @@ fn tension(facts: &Facts) -> Option<String> {
     })
 }
 
-/// At which step one second is cheapest.
+/// The steps with the fewest and with the most iterations in one second.
 fn step(facts: &Facts) -> Option<String> {
     let cells = facts.cells.iter().filter(|cell| cell.series == STEP && cell.variant == PLAIN);
     let stiffest = cells.clone().map(|c| c.stiffness_over_mass_per_s2).reduce(f64::max)?;

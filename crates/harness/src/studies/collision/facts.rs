@@ -4,21 +4,21 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// [`Row::way_out`] of EEH section 6: the normal velocity is prescribed in the solve.
+/// [`Row::way_out`] of EEH section 6: the solve prescribes the normal velocity.
 pub const VELOCITY: &str = "velocity";
-/// [`Row::way_out`] of Baraff and Witkin: positions are altered within the step, and the solve
-/// knows of it.
+/// [`Row::way_out`] of Baraff and Witkin: the step alters positions, and the solve takes that into
+/// account.
 pub const POSITION: &str = "position";
-/// [`Row::way_out`] of moving particles after the step, of which the solve knows nothing.
+/// [`Row::way_out`] that moves particles after the step, unknown to the solve.
 pub const TELEPORT: &str = "teleport";
 
-/// All methods and ways out on all scenes.
+/// All methods with all ways out on all scenes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
     /// The scenes of [`Facts::rows`].
     pub scenes: Vec<Scene>,
-    /// One a scene, a method and a way out.
+    /// One row for each scene, method and way out.
     pub rows: Vec<Row>,
     /// Rebounds of a particle and of a flat sheet.
     pub bounces: Vec<Bounce>,
@@ -28,8 +28,8 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Key: obstacle, speed, k/m, the step size where it is not 0.01 s, `no-shear` without shear
-    /// springs.
+    /// Key: the obstacle, the speed and k/m. A step size other than 0.01 s follows, and `no-shear`
+    /// for a sheet without shear springs.
     pub id: String,
     /// `table`, `sphere` or `plane`.
     pub obstacle: String,
@@ -45,10 +45,10 @@ pub struct Scene {
     pub particles: usize,
     /// Height of the sheet above the obstacle at the start, m.
     pub drop_m: f64,
-    /// Energy to which gains refer, J: kinetic at the start, and potential of the drop and of a
-    /// quarter of a metre more, by which a draped sheet sags.
+    /// Energy to which gains are compared, J: the kinetic energy at the start, and the potential
+    /// energy of the drop and of the sag of a draped sheet (0.25 m).
     pub available_j: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -58,45 +58,45 @@ pub struct Scene {
 pub struct Row {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Method, short, as in legends.
+    /// Short name of the method, as in legends.
     pub label: String,
     /// [`VELOCITY`], [`POSITION`] or [`TELEPORT`].
     pub way_out: String,
     /// Method id with all settings.
     pub method: String,
-    /// Steps that began without contact before the first contact.
+    /// Number of steps before the first contact.
     pub steps_before: u64,
-    /// Steps from the first contact to the end.
+    /// Number of steps from the first contact to the end.
     pub steps_after: u64,
-    /// Linear iterations in the steps before contact: of conjugate gradients, and Newton's where
-    /// each of them factorises.
+    /// Linear iterations in the steps before contact: of conjugate gradients, or Newton's if each
+    /// of those factorises a matrix.
     pub iterations_before: u64,
     /// Linear iterations in the steps from the first contact on.
     pub iterations_after: u64,
-    /// Iterations of each step, in the scenes whose course is drawn; else empty.
+    /// Iterations of each step in the scenes whose iterations are plotted; otherwise empty.
     pub iterations_by_step: Vec<u32>,
-    /// Particles moved to the surface by hand, summed over the steps; those that the method moves
+    /// Number of moves of a particle to the surface by hand, over all steps. Moves by the method
     /// itself are not counted.
     pub teleports: u64,
-    /// Greatest depth of a particle inside the obstacle at the end of a step, before it is moved by
+    /// Greatest depth of a particle inside the obstacle at the end of a step, before a move by
     /// hand, m.
     pub depth_m: f64,
-    /// Greatest depth over what the fastest particle of the run covers in a step.
+    /// Greatest depth, over the distance that the fastest particle of the run covers in a step.
     pub depth_over_reach: f64,
-    /// Greatest displayed depth, m: a particle inside is shown as an auxiliary one on the surface.
+    /// Greatest displayed depth, m. A particle inside is displayed as an auxiliary particle on the
+    /// surface.
     pub displayed_depth_m: f64,
     /// Sum of the rises of the total energy in steps in which particles leave the obstacle, J.
     pub release_j: f64,
-    /// Greatest rise of the total energy above the least before, J.
+    /// Greatest rise of the total energy above its least value before, J.
     pub climb_j: f64,
-    /// Greatest rise of the total energy above its start, over that of the scene,
-    /// [`Scene::available_j`].
+    /// Greatest rise of the total energy above its start, over [`Scene::available_j`].
     pub gain: f64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `stable`, `marginal` or `unstable` by the gain, or `diverged`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -104,11 +104,11 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bounce {
-    /// `particle` or `sheet`: a flat one, in which no spring has anything to do.
+    /// `particle` or `sheet`. The sheet is flat, so that its springs exert no force.
     pub body: String,
     /// `plane`, `table`, or `sphere`, which is hit off its top.
     pub obstacle: String,
-    /// Method, short.
+    /// Short name of the method.
     pub label: String,
     /// [`VELOCITY`], [`POSITION`] or [`TELEPORT`].
     pub way_out: String,
@@ -118,20 +118,20 @@ pub struct Bounce {
     pub speed_m_s: f64,
     /// Restitution `e` of the obstacle.
     pub restitution: f64,
-    /// Normal speed of the centre of mass after the first contact over that before it; `None`
-    /// without any contact.
+    /// Normal speed of the centre of mass after the first contact, over that before it; `None`
+    /// without contact.
     pub measured: Option<f64>,
-    /// Height that the centre of mass reaches again, m; where it hits a horizontal surface.
+    /// Height that the centre of mass reaches again, m; `None` if the surface is not horizontal.
     pub height_m: Option<f64>,
-    /// The height by theory: `e²` times the height from which it would have had to fall for its
-    /// speed.
+    /// The height in theory, m: `e²` times the height of a fall that ends with the speed of the
+    /// contact.
     pub height_theory_m: Option<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Row {
-    /// Iterations a step from the first contact on.
+    /// Number of iterations a step from the first contact on.
     #[must_use]
     pub fn rate(&self) -> f64 {
         self.iterations_after as f64 / self.steps_after.max(1) as f64
@@ -139,39 +139,40 @@ impl Row {
 }
 
 impl Bounce {
-    /// Measured restitution less that of the obstacle; infinite without a contact.
+    /// Absolute difference between the measured restitution and the obstacle's; infinite without a
+    /// contact.
     pub(super) fn miss(&self) -> f64 {
         self.measured.map_or(f64::INFINITY, |measured| (measured - self.restitution).abs())
     }
 
-    /// How far it is from the height of theory, relative to that.
+    /// Relative error of the height.
     pub(super) fn height_error(&self) -> Option<f64> {
         let theory = self.height_theory_m.filter(|height| *height > 0.0)?;
         Some((self.height_m? - theory) / theory)
     }
 }
 
-/// The paper's severe increase: so many times the iterations.
+/// Factor of the iterations that counts as the paper's severe increase.
 pub(super) const SEVERE: f64 = 2.0;
 
-/// A way out against the velocity constraint with the same method.
+/// A way out compared with the velocity constraint of the same method.
 pub(super) struct Increase<'a> {
     pub(super) label: &'a str,
     pub(super) way_out: &'a str,
-    /// Factor of the iterations a step in contact, and the scene, in rising order: where neither
-    /// run gains energy.
+    /// The factor of the iterations a step in contact and the scene, in ascending order of the
+    /// factor. Scenes in which one of the two runs gains energy are left out.
     pub(super) by_scene: Vec<(f64, &'a str)>,
-    /// Scenes where one of them does: runs that blow the sheet away cannot be compared by their
-    /// iterations.
+    /// Number of the scenes that are left out. The iterations of a run that blows the sheet away
+    /// cannot be compared.
     pub(super) unstable: usize,
 }
 
-/// All ways out but the constraint, each against the constraint with the same method.
+/// All other ways out, each compared with the velocity constraint of the same method.
 pub(super) fn factors(facts: &Facts) -> Vec<Increase<'_>> {
     increases(&facts.rows)
 }
 
-/// The factors of the iterations in all scenes where neither run gains energy.
+/// The factors of the iterations in all scenes in which neither run gains energy.
 pub(in crate::studies) fn ratios(rows: &[Row]) -> Vec<f64> {
     let of = |increase: &Increase<'_>| -> Vec<f64> {
         increase.by_scene.iter().map(|(factor, _)| *factor).collect()
@@ -208,8 +209,8 @@ fn increases(rows: &[Row]) -> Vec<Increase<'_>> {
 }
 
 impl Facts {
-    /// Iterations a step from the first contact on over those before it, with the constraint, by
-    /// method over all scenes.
+    /// Iterations a step from the first contact on, over those before it: with the constraint, for
+    /// each method over all scenes.
     pub(super) fn onsets(&self) -> Vec<(&str, f64)> {
         let mut sums: Vec<(&str, [u64; 4])> = Vec::new();
         let own = |row: &&Row| row.way_out == VELOCITY && row.iterations_after > 0;

@@ -1,4 +1,4 @@
-//! Experiment `collision`: ways out of an obstacle, EEH section 6.
+//! Experiment `collision`: ways out of an obstacle (EEH section 6).
 
 pub mod facts;
 pub(crate) mod plates;

@@ -8,7 +8,7 @@ use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
 use drape_report::verdict::SIGNS;
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -55,7 +55,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// Method and way out.
+/// The name of a method with its way out.
 fn name(row: &Row) -> String {
     format!("{}, {}", row.label, row.way_out)
 }
@@ -72,14 +72,14 @@ fn names_of<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<String> {
     names
 }
 
-/// The run with the velocity constraint beside a run with another way out.
+/// The run with the velocity constraint for the same scene and method.
 fn constrained<'a>(input: &'a Input, row: &Row) -> Option<&'a Row> {
     let rows = input.facts.rows.iter();
     let same = |other: &&Row| other.scene == row.scene && other.label == row.label;
     rows.filter(same).find(|other| other.way_out == VELOCITY)
 }
 
-/// Factor of the iterations, and whether neither run gains energy; `None` for the constraint itself
+/// Factor of the iterations, and whether neither run gains energy. `None` for the constraint itself
 /// and for methods without iterations.
 fn factor(input: &Input, row: &Row) -> Option<(f64, bool)> {
     let velocity = constrained(input, row)?;
@@ -156,7 +156,7 @@ fn course(input: &Input) -> Option<Sheet> {
     (highest.is_some() && !panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// A line of points for each method and way out, a series for each obstacle and stiffness.
+/// A row of points for each method and way out, and a series for each obstacle and stiffness.
 fn dots(input: &Input, value: fn(&Row) -> f64, axis: Axis, rule: Rule) -> Option<Sheet> {
     let Facts { scenes, rows, .. } = &input.facts;
     let names = names_of(rows.iter());
@@ -195,7 +195,7 @@ fn depth(input: &Input) -> Option<Sheet> {
 }
 
 fn energy(input: &Input) -> Option<Sheet> {
-    /// What is smaller cannot be told from nothing.
+    /// Smaller gains are drawn as zero.
     const LEAST: f64 = 1e-4;
     let value = |row: &Row| if row.gain < LEAST { 0.0 } else { row.gain };
     let gains: Vec<f64> = input.facts.rows.iter().map(value).chain([0.02]).collect();
@@ -209,7 +209,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![ways(input), counts(input), rebounds(input)]
 }
 
-/// Each method with each way out, those that gain energy least often first.
+/// The table of methods with their ways out. Those that gain energy least often are first.
 fn ways(input: &Input) -> Table {
     let facts = &input.facts;
     let (factors, onsets) = (factors(facts), facts.onsets());
@@ -298,7 +298,8 @@ fn counts(input: &Input) -> Table {
     }
 }
 
-/// Rebounds: the range over all methods, by body, obstacle, restitution, speed and way out.
+/// The table of rebounds: ranges over all methods, by body, obstacle, restitution, speed and way
+/// out.
 fn rebounds(input: &Input) -> Table {
     let bounces = &input.facts.bounces;
     let mut rows = Vec::new();

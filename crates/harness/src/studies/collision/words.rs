@@ -1,4 +1,4 @@
-//! The words of the study `collision`: its question, and what its numbers say.
+//! The words of the study `collision`: its question, and the findings from its numbers.
 
 use super::facts::{Bounce, Facts, Increase, POSITION, SEVERE, TELEPORT, VELOCITY, factors};
 use drape_report::number::{setting, significant};
@@ -10,12 +10,12 @@ pub(super) const QUESTION: &str = "Does the velocity constraint resolve contacts
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["tables"];
 
-/// A rebound is met within this share.
+/// Largest difference from the obstacle's restitution at which a rebound meets it.
 const MET: f64 = 0.05;
-/// A displayed depth that is none, m.
+/// Largest displayed depth that counts as none, m.
 const SHOWN: f64 = 1e-12;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let factors = factors(facts);
     let conclusion: Vec<_> = [iterations(&factors), energy(facts)].into_iter().flatten().collect();
@@ -38,7 +38,7 @@ fn percent(part: usize, all: usize) -> String {
     format!("{} %", significant(100.0 * part as f64 / all.max(1) as f64, 2))
 }
 
-/// How often the iterations rise severely, as the paper says that they do.
+/// How often the iterations increase severely, as the paper says.
 fn iterations(factors: &[Increase<'_>]) -> Option<String> {
     let all: Vec<f64> =
         factors.iter().flat_map(|f| &f.by_scene).map(|(factor, _)| *factor).collect();
@@ -57,7 +57,7 @@ fn iterations(factors: &[Increase<'_>]) -> Option<String> {
     })
 }
 
-/// Runs that gain energy, and all, of a way out.
+/// Number of runs of a way out that gain energy, and number of all its runs.
 fn gaining(facts: &Facts, way_out: &str) -> (usize, usize) {
     let own = || facts.rows.iter().filter(|row| row.way_out == way_out);
     (own().filter(|row| row.verdict != Verdict::Stable).count(), own().count())
@@ -81,7 +81,7 @@ fn energy(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Factors of a way out, over all methods.
+/// Range of the factors of a way out, over all methods.
 fn range(factors: &[Increase<'_>], way_out: &str, what: &str) -> Option<String> {
     let own = factors.iter().filter(|factor| factor.way_out == way_out);
     let all: Vec<f64> = own.flat_map(|f| &f.by_scene).map(|(factor, _)| *factor).collect();
@@ -95,7 +95,7 @@ fn range(factors: &[Increase<'_>], way_out: &str, what: &str) -> Option<String> 
     ))
 }
 
-/// Iterations in contact against those before, by method.
+/// Iterations in contact over those before, for the methods with the least and the greatest factor.
 fn onset(facts: &Facts) -> Option<String> {
     let rises = facts.onsets();
     let least = rises.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -4,16 +4,16 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A method that keeps less of the motion has lost some.
+/// A method that keeps less than this share of the motion has lost some.
 pub(super) const MOVES: f64 = 0.9;
 
-/// The lessons, and the true motion beside them.
+/// The lessons, with the true motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// The cloth, at each of its stiffnesses, with its true motion.
+    /// The cloth at each of its stiffnesses, with its true motion.
     pub scenes: Vec<Scene>,
-    /// In the order in which they build on each other.
+    /// The lessons, in the order in which they build on each other.
     pub lessons: Vec<Lesson>,
     /// Ids of the five methods that are compared first, in the order of the lessons.
     pub headline: Vec<String>,
@@ -43,18 +43,19 @@ pub struct Scene {
     pub time_s: Vec<f64>,
     /// Height of the free edge's midpoint in the true motion, m.
     pub height_m: Vec<f64>,
-    /// Way of the free edge's midpoint in the true motion within the compared span, m.
+    /// Length of the path of the free edge's midpoint in the true motion within the compared span,
+    /// m.
     pub path_m: f64,
-    /// Total energy at the end less that of the start, over `E_ref`.
+    /// Total energy at the end less that at the start, over `E_ref`.
     pub energy_change: f64,
-    /// Greatest elongation of a spring over its rest length.
+    /// Greatest elongation of a spring, over its rest length.
     pub greatest_stretch: f64,
     /// Step size of the reference, s.
     pub reference_step_s: f64,
-    /// Greatest difference of the reference's heights to those of one with twice the step, within
-    /// the compared span, m.
+    /// Greatest difference between the heights of the reference and of one with twice the step,
+    /// within the compared span, m.
     pub reference_error_m: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -70,13 +71,13 @@ pub struct Lesson {
     pub method: String,
     /// The crate whose documentation explains the method.
     pub docs: String,
-    /// The idea of the method, and its news.
+    /// The idea of the method, and what is new in it.
     pub idea: String,
-    /// The shortcoming of the method before, by its numbers; `None` for the first.
+    /// The shortcoming of the method before, with its numbers; `None` for the first.
     pub before: Option<String>,
-    /// The result of this method, by its numbers.
+    /// The result of this method, with its numbers.
     pub finding: String,
-    /// Its runs, one a scene.
+    /// Its runs, one for each scene.
     pub runs: Vec<Run>,
 }
 
@@ -92,35 +93,35 @@ pub struct Run {
     pub verdict: Verdict,
     /// Simulated time that was reached, s.
     pub reached_s: f64,
-    /// Completed steps.
+    /// Number of completed steps.
     pub steps: u64,
-    /// Retained motion R: way of the free edge's midpoint over that of the true motion; `None`
-    /// unless stable.
+    /// Retained motion `R`: length of the path of the free edge's midpoint, over that in the true
+    /// motion. `None` unless stable.
     pub retained_motion: Option<f64>,
-    /// Greatest difference of the midpoint's height to that of the true motion, within the compared
-    /// span, m; `None` unless stable.
+    /// Greatest difference of the midpoint's height from the true one within the compared span, m;
+    /// `None` unless stable.
     pub height_error_m: Option<f64>,
-    /// Greatest rise of the total energy above its start over `E_ref`; `None` if it diverged.
+    /// Greatest rise of the total energy above its start, over `E_ref`; `None` if it diverged.
     pub energy_gain: Option<f64>,
-    /// Total energy at the end less that of the start, over `E_ref`; `None` if it diverged.
+    /// Total energy at the end less that at the start, over `E_ref`; `None` if it diverged.
     pub energy_change: Option<f64>,
-    /// Greatest elongation of a spring over its rest length; `None` unless stable.
+    /// Greatest elongation of a spring, over its rest length; `None` unless stable.
     pub greatest_stretch: Option<f64>,
-    /// Evaluations of the forces.
+    /// Number of evaluations of the forces.
     pub force_evaluations: u64,
-    /// Multiplications with a matrix.
+    /// Number of products with a matrix.
     pub matvecs: u64,
-    /// Iterations of conjugate gradients.
+    /// Number of CG iterations.
     pub cg_iterations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Factorisations of a matrix.
+    /// Number of factorisations of a matrix.
     pub factorisations: u64,
-    /// Work: modelled time, s.
+    /// Modelled time of the run, s, the measure of work.
     pub modelled_s: f64,
-    /// Height of the free edge's midpoint at the times of the scene, m; ends where the run does.
+    /// Height of the free edge's midpoint at the times of the scene, m. The list ends with the run.
     pub height_m: Vec<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -130,8 +131,8 @@ pub struct Run {
 pub struct Support {
     /// Method id.
     pub method: String,
-    /// Effects and constraints that any method knows, each with `implicit`, `explicit`, `by
-    /// setting`, `constraint` or `refused`.
+    /// All effects and constraints that some method knows. Each has one of `implicit`, `explicit`,
+    /// `by setting`, `constraint` and `refused`.
     pub effects: Vec<(String, String)>,
 }
 
@@ -140,7 +141,7 @@ pub(super) fn moves(run: &Run) -> bool {
     run.retained_motion.is_some_and(|motion| motion >= MOVES)
 }
 
-/// The methods that keep most of the motion on a sheet, with their runs, the least work first.
+/// The methods that keep most of the motion on a sheet with their runs, least work first.
 pub(super) fn by_work<'a>(facts: &'a Facts, scene: &Scene) -> Vec<(&'a Lesson, &'a Run)> {
     let run = |lesson: &'a Lesson| lesson.runs.iter().find(|run| run.scene == scene.id);
     let runs = facts.lessons.iter().filter_map(|lesson| Some((lesson, run(lesson)?)));

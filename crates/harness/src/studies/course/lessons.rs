@@ -1,17 +1,17 @@
-//! The lessons, in the order in which the methods build on each other, and what each says.
+//! The lessons, in the order in which the methods build on each other, and their texts.
 
 use super::facts::{Lesson, MOVES, Run, Scene};
 use crate::studies::short;
 use drape_report::Verdict;
 
-/// One method, before it is measured.
+/// A lesson about one method, before the method is measured.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     /// Method id with the settings that are not at their defaults.
     pub(super) method: &'static str,
-    /// The crate whose documentation explains it.
+    /// The crate whose documentation explains the method.
     pub(super) docs: &'static str,
-    /// What it does, and what is new in it.
+    /// The idea of the method, and what is new in it.
     pub(super) idea: &'static str,
 }
 
@@ -187,14 +187,15 @@ pub(super) const LESSONS: [Plan; 24] = [
 pub(super) const HEADLINE: [&str; 5] =
     ["explicit-euler", "baraff-witkin", "desbrun", "kang", "imex-updated"];
 
-/// Less of the motion than this is standstill.
+/// A run that keeps less than this share of the motion stands still.
 const LOCKED: f64 = 0.5;
-/// A height that is off by more than this is worth a sentence, m.
+/// An error of the height above which a lesson mentions it, m.
 const OFF: f64 = 0.05;
-/// So much more stretch than in the true motion is worth a sentence.
+/// An excess of stretch over the true motion above which a lesson mentions it.
 const SLACK: f64 = 0.05;
 
-/// The lesson of the method called `name`: what its runs say, after the lesson before it.
+/// The lesson about the method called `name`: the findings from its runs, and the shortcoming of
+/// the lesson before.
 pub(super) fn lesson(
     plan: &Plan,
     name: &str,
@@ -223,7 +224,7 @@ fn per_cent(share: f64) -> String {
     format!("{} %", short(100.0 * share))
 }
 
-/// How a run that is not stable ended.
+/// The way in which a run that is not stable ended.
 fn failure(run: &Run) -> String {
     match (run.verdict, run.energy_gain) {
         (Verdict::Diverged, _) => format!("it diverged after {} s", short(run.reached_s)),
@@ -233,7 +234,7 @@ fn failure(run: &Run) -> String {
     }
 }
 
-/// What one run shows.
+/// The finding from one run.
 fn told(run: &Run, scene: &Scene) -> String {
     let (Some(motion), Some(error), Some(stretch)) =
         (run.retained_motion, run.height_error_m, run.greatest_stretch)
@@ -260,8 +261,8 @@ fn told(run: &Run, scene: &Scene) -> String {
     )
 }
 
-/// What a method could not do, the gravest first: stay stable, move, keep its springs short, keep
-/// to the true motion, do without much work.
+/// The gravest shortcoming of a method. In this order: it is unstable, it stands still, its springs
+/// are too long, it departs from the true motion, or it takes much work.
 fn lacking(lesson: &Lesson, scenes: &[Scene]) -> String {
     let parts: Vec<_> = lesson
         .runs

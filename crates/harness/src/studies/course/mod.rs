@@ -1,5 +1,4 @@
-//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same
-//! cloth.
+//! Experiment `course`: from explicit Euler to two-step IMEX, each method on the same cloth.
 
 pub mod facts;
 mod lessons;

@@ -8,11 +8,11 @@ use drape_report::page::{Lesson as PageLesson, Step, Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
-/// The figure of the n-th lesson: its title names the method and, from the second on, the one
-/// before.
+/// The figure of the n-th lesson. Its title names the method and, from the second lesson on, the
+/// method before.
 macro_rules! plate_of_lesson {
     ($n:literal, $file:literal, $title:literal, $see:literal) => {
         Plate {
@@ -203,17 +203,17 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     ),
 ];
 
-/// Look of the true motion, which no method has.
+/// Look of the true motion. No method has the same.
 const TRUE: Look = Look::pair(4, 3);
-/// So much of the true motion's range is left free above and below it.
+/// Share of the true motion's range that is left free above and below it.
 const MARGIN: f64 = 0.3;
 
 fn run_of<'a>(lesson: &'a Lesson, scene: &Scene) -> Option<&'a Run> {
     lesson.runs.iter().find(|run| run.scene == scene.id)
 }
 
-/// Points of a height against time that lie in the range; the last one is crossed out if the run
-/// was not stable.
+/// Points of height against time within the range. The last point is crossed out if the run was not
+/// stable.
 fn points(scene: &Scene, heights: &[f64], (low, high): (f64, f64), verdict: Verdict) -> Vec<Point> {
     let seen = scene.time_s.iter().zip(heights).take_while(|(_, z)| (low..=high).contains(*z));
     let mut points: Vec<_> = seen.map(|(&x, &y)| Point { x, y, state: State::Stable }).collect();
@@ -289,8 +289,8 @@ pub(super) fn lessons(facts: &Facts) -> Vec<PageLesson> {
     facts.lessons.iter().map(lesson).collect()
 }
 
-/// Equations, code and factors, as the lab shows them. None of them is measured: they are parts of
-/// the program that draws the page.
+/// Equations, code and factors, as the lab shows them. They are parts of the program, not measured
+/// facts.
 fn step(lesson: &crate::lessons::Lesson) -> Option<Step> {
     let setting = &lesson.setting;
     let stiffness = power(setting.stiffness);
@@ -299,7 +299,7 @@ fn step(lesson: &crate::lessons::Lesson) -> Option<Step> {
         damping => format!("d/m = {} s⁻¹", significant(damping, 3)),
     };
     let radii = lesson.radii();
-    // They span four decades; the middle two are shown, in eleven steps.
+    // They span four decades. The middle two are shown, in eleven steps.
     let near = radii.iter().skip(radii.len() / 4).step_by(2).take(11);
     let factor = |(h, radius): &(f64, f64)| {
         let radius = if radius.is_finite() { significant(*radius, 3) } else { absent() };
@@ -330,12 +330,12 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![headlines(facts, headline), work(facts), numbers(facts, lessons()), support(facts)]
 }
 
-/// A share in per cent.
+/// A share in per cent, as text.
 fn per_cent(share: Option<f64>) -> String {
     share.map_or_else(absent, |share| significant(100.0 * share, 3))
 }
 
-/// A row for each method and stiffness.
+/// The rows of a table: one for each method and stiffness.
 fn rows<'a>(
     facts: &Facts,
     lessons: impl Iterator<Item = &'a Lesson>,
@@ -382,7 +382,7 @@ fn headlines<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Ta
     }
 }
 
-/// Work of the methods that keep most of the motion, sheet by sheet, the least first.
+/// The table of work of the methods that keep most of the motion, for each sheet, least work first.
 fn work(facts: &Facts) -> Table {
     let lines = |scene: &Scene| {
         let stiffness = power(scene.stiffness_over_mass_per_s2);

@@ -1,4 +1,4 @@
-//! The words of the study `course`.
+//! The words of the study `course`: its question, and the findings from its numbers.
 
 use super::facts::*;
 pub(super) use super::lessons::lesson;
@@ -11,10 +11,10 @@ pub(super) const QUESTION: &str = "What can each method, from explicit Euler to 
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &[];
 
-/// A sentence names at most so many methods.
+/// Largest number of methods that a sentence names.
 const FEW: usize = 5;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [stable(facts), moving(facts), cheapest(facts)];
     let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -26,14 +26,14 @@ pub(super) fn words(facts: &Facts) -> Words {
     Words { conclusion: conclusion.join(" "), observations, caveats: caveats(facts) }
 }
 
-/// Methods whose runs all pass a test.
+/// The methods whose runs all pass a test.
 fn methods(facts: &Facts, test: impl Fn(&Run) -> bool) -> Vec<&str> {
     let runs = facts.lessons.iter().filter(|lesson| !lesson.runs.is_empty());
     let chosen = runs.filter(|lesson| lesson.runs.iter().all(&test));
     chosen.map(|lesson| lesson.id.as_str()).collect()
 }
 
-/// `: a, b`; nothing where the names are too many for a sentence, or none.
+/// The names as `: a, b`; empty without names, or with too many for a sentence.
 fn listed(names: &[&str]) -> String {
     if names.is_empty() || names.len() > FEW {
         String::new()
@@ -71,7 +71,7 @@ fn moving(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The cheapest method that moves the stiffest sheet.
+/// The method with the least work that keeps most of the motion on the stiffest sheet.
 fn cheapest(facts: &Facts) -> Option<String> {
     let stiffest = facts
         .scenes
@@ -93,7 +93,7 @@ fn unstable(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Stable methods that lose motion.
+/// The stable method that keeps the least motion, if it loses some.
 fn locked(facts: &Facts) -> Option<String> {
     let runs = facts.lessons.iter().flat_map(|lesson| lesson.runs.iter().map(move |r| (lesson, r)));
     let lossy = runs.filter_map(|(lesson, run)| Some((lesson, run.retained_motion?)));
@@ -107,7 +107,7 @@ fn locked(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What the methods that move cost on a sheet.
+/// The least and the greatest work of methods that keep most of the motion on a sheet.
 fn work(facts: &Facts, scene: &Scene) -> Option<String> {
     let moving = by_work(facts, scene);
     let ((least, cheap), (most, dear)) = (moving.first()?, moving.last()?);

@@ -1,18 +1,19 @@
-//! Records of the experiment `effects`: what each effect of a scene costs, and what it changes.
+//! Records of the experiment `effects`: the cost of each effect of a scene, and its change of the
+//! motion.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// [`Effect::name`] of the scene to which the effects are added.
+/// [`Effect::name`] of the bare scene, to which the effects are added.
 pub const NOTHING: &str = "nothing more";
 
-/// [`Effect::name`] of the scene that has all of them, one for each place: what takes the place of
-/// another is left out.
+/// [`Effect::name`] of the scene with one effect for each place. Effects that would take a filled
+/// place are left out.
 pub const EVERYTHING: &str = "all together";
 
-/// Each effect by itself and one for each place together, with every method.
+/// The scene with each effect by itself and with all places filled, for every method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
@@ -20,29 +21,29 @@ pub struct Facts {
     pub scene: String,
     /// Simulated time, s.
     pub duration_s: f64,
-    /// What is added: first [`NOTHING`], last [`EVERYTHING`].
+    /// The additions. [`NOTHING`] is first, [`EVERYTHING`] last.
     pub effects: Vec<Effect>,
     /// Methods, in the order of the registry.
     pub methods: Vec<String>,
     /// How each method treats each effect that a scene can name.
     pub supports: Vec<Support>,
-    /// One an effect and method.
+    /// One cell for each effect and method.
     pub cells: Vec<Cell>,
 }
 
-/// Something that a scene can name.
+/// An addition to the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effect {
-    /// Key.
+    /// Name of the addition, to which cells refer.
     pub name: String,
-    /// The keys that are added to the scene, as JSON; those of a list are appended.
+    /// The keys that are added to the scene, as JSON. Lists are appended.
     pub adds: String,
     /// Number of effect objects in the running system.
     pub objects: usize,
-    /// Springs in the scalar matrix of IMEX methods, EEH (16).
+    /// Number of springs in the scalar matrix of IMEX methods (EEH 16).
     pub springs: usize,
-    /// Pairs of particles that the 3×3 blocks of linearised methods couple.
+    /// Number of pairs of particles that the 3×3 blocks of linearised methods couple.
     pub coupled_pairs: usize,
 }
 
@@ -50,7 +51,7 @@ pub struct Effect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Support {
-    /// Name of the effect, or `pins`, or `contact`.
+    /// Name of the effect, `pins` or `contact`.
     pub effect: String,
     /// Method id.
     pub method: String,
@@ -58,7 +59,7 @@ pub struct Support {
     pub treatment: String,
 }
 
-/// A run of one method on the scene with one effect more.
+/// A run of one method on the scene with one addition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
@@ -70,26 +71,26 @@ pub struct Cell {
     pub step_s: f64,
     /// `completed`, `diverged`, or `refused`.
     pub verdict: Verdict,
-    /// Steps that were taken.
+    /// Number of steps taken.
     pub steps: u64,
-    /// Iterations of conjugate gradients.
+    /// Number of CG iterations.
     pub cg_iterations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Products of the matrix with a block vector.
+    /// Number of products of the matrix with a block vector.
     pub matvecs: u64,
-    /// Sweeps that evaluated forces or energies.
+    /// Number of sweeps that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// Builds of a matrix, preconditioner or factor.
+    /// Number of builds of a matrix, preconditioner or factor.
     pub setups: u64,
-    /// Distance of the particles at the end to those of the scene with nothing more, root of the
-    /// mean square, m, to the micrometre; absent where a run did not complete.
+    /// Distance of the particles at the end from those of the bare scene: root of the mean square,
+    /// m, rounded to 1 µm. Absent if a run did not complete.
     pub change_m: Option<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// The same scene with and without an effect, timed in turns.
+/// Times of the scene with and without an effect, taken in turns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimingRow {
@@ -99,21 +100,21 @@ pub struct TimingRow {
     pub method: String,
     /// Number of steps of each run.
     pub steps: u64,
-    /// Nanoseconds in all `step` calls together without the effect, one entry a repetition.
+    /// Nanoseconds in all `step` calls together without the effect: one entry for each repetition.
     pub without_ns: Vec<u64>,
-    /// Nanoseconds in all `step` calls together with the effect, one entry a repetition.
+    /// Nanoseconds in all `step` calls together with the effect: one entry for each repetition.
     pub with_ns: Vec<u64>,
-    /// Shortest run with the effect over shortest run without it.
+    /// Time of the shortest run with the effect, over that of the shortest run without it.
     pub ratio: f64,
-    /// Bytes that the system with the effect holds more than without it; absent where no allocator
-    /// could be asked.
+    /// Bytes of the system with the effect, less those without it. Absent if the program counts no
+    /// allocations.
     pub system_bytes: Option<i64>,
-    /// Bytes that the method after `prepare` holds more with the effect than without it.
+    /// Bytes of the method after `prepare` with the effect, less those without it.
     pub method_bytes: Option<i64>,
 }
 
 impl Facts {
-    /// Additions that the scene with [`EVERYTHING`] lacks: another stands in their place.
+    /// Names of the additions that the scene with [`EVERYTHING`] leaves out.
     pub(super) fn left_out(&self) -> Vec<&str> {
         let keys =
             |effect: &Effect| serde_json::from_str::<Value>(&effect.adds).unwrap_or_default();
@@ -126,7 +127,7 @@ impl Facts {
     }
 }
 
-/// Whether a value has all that another one has.
+/// Whether a JSON value contains all that another contains.
 pub(super) fn holds(all: &Value, part: &Value) -> bool {
     match (all, part) {
         (Value::Object(all), Value::Object(part)) => {

@@ -1,4 +1,4 @@
-//! Experiment `effects`: the bill of each effect.
+//! Experiment `effects`: the cost of each effect.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Matrix, Row, Shade, Tile};
 
-/// What the figure and the tables are drawn from.
+/// The input of the figure and the tables.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -38,7 +38,7 @@ fn tile(treatment: &str) -> Tile {
     }
 }
 
-/// Each once, in the order of their first occurrence.
+/// The names without repetition, in the order of their first occurrence.
 fn different<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut different = Vec::new();
     for name in names {
@@ -86,7 +86,7 @@ fn header(first: &str, methods: &[&str]) -> Vec<String> {
     texts(&[&[first], methods].concat())
 }
 
-/// One row an effect, one column a method.
+/// A table with a row for each effect and a column for each method.
 fn by_method(input: &Input, title: &str, text: impl Fn(&Cell) -> String) -> Table {
     let facts = &input.facts;
     let methods: Vec<&str> = facts.methods.iter().map(String::as_str).collect();
@@ -117,7 +117,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     tables
 }
 
-/// Ratios of times.
+/// The table of ratios of times with and without each effect; `None` without timings.
 fn bill(input: &Input) -> Option<Table> {
     let rows = &input.timings.as_ref()?.rows;
     let methods = different(rows.iter().map(|row| row.method.as_str()));

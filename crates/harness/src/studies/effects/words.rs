@@ -1,4 +1,4 @@
-//! The words of the study `effects`: its question, and what its numbers say.
+//! The words of the study `effects`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, EVERYTHING, Effect, Facts, NOTHING};
 use drape_report::number::{setting, significant};
@@ -10,7 +10,7 @@ pub(super) const QUESTION: &str = "What does each effect of a scene cost and cha
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> =
         [Some(matrices(facts)), dearest(facts)].into_iter().flatten().collect();
@@ -23,7 +23,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// The additions by themselves.
+/// The additions that are measured by themselves.
 fn single(facts: &Facts) -> impl Iterator<Item = &Effect> {
     facts.effects.iter().filter(|e| ![NOTHING, EVERYTHING].contains(&e.name.as_str()))
 }
@@ -36,7 +36,7 @@ fn of<'a>(facts: &'a Facts, method: &'a str) -> impl Iterator<Item = &'a Cell> {
     facts.cells.iter().filter(move |cell| cell.method == method)
 }
 
-/// Which effects enter which matrix.
+/// How many effects enlarge which matrix.
 fn matrices(facts: &Facts) -> String {
     let bare = |value: fn(&Effect) -> usize| {
         let nothing = facts.effects.iter().find(|effect| effect.name == NOTHING);
@@ -54,7 +54,7 @@ fn matrices(facts: &Facts) -> String {
     )
 }
 
-/// CG iterations over those of the bare sheet with the same method.
+/// CG iterations of a cell, over those of the bare scene with the same method.
 fn ratio(facts: &Facts, cell: &Cell) -> Option<f64> {
     let is_bare = |other: &&Cell| other.effect == NOTHING && other.method == cell.method;
     let bare = completed(facts).find(is_bare).filter(|bare| bare.cg_iterations > 0)?;
@@ -82,7 +82,7 @@ fn support(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Additions without anything to do.
+/// An addition that changes nothing.
 fn idle(facts: &Facts) -> Option<String> {
     let changes_nothing = |effect: &&Effect| {
         let mut cells = facts.cells.iter().filter(|cell| cell.effect == effect.name).peekable();
@@ -106,7 +106,8 @@ fn together(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// What moves the sheet most, by the method that completes all runs with the shortest step.
+/// The effects that move the sheet most and least. The method is that with the shortest step, of
+/// those that complete all runs.
 fn changes(facts: &Facts) -> Option<String> {
     let completes = |m: &&String| of(facts, m).all(|cell| cell.verdict == Verdict::Completed);
     let step = |m: &String| of(facts, m).map(|cell| cell.step_s).fold(f64::INFINITY, f64::min);
@@ -124,7 +125,7 @@ fn changes(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Runs that were refused or diverged.
+/// Numbers of runs that were refused or diverged.
 fn outcomes(facts: &Facts) -> Option<String> {
     let count = |verdict| facts.cells.iter().filter(|cell| cell.verdict == verdict).count();
     let (refused, diverged) = (count(Verdict::Refused), count(Verdict::Diverged));
@@ -237,7 +238,7 @@ mod tests {
         assert!(!text.contains("changes no position"), "{text}");
         assert!(text.contains("Of 5 runs 1 diverged and 1 were refused"), "{text}");
         assert!(text.contains("refuse 1 of 2 pairs"), "{text}");
-        // A subset without single additions has no dearest one.
+        // A subset without single additions has no most expensive one.
         facts.cells.truncate(1);
         let said = words(&facts);
         assert!(said.conclusion.ends_with("leave the pattern as it is."), "{said:?}");

@@ -1,4 +1,4 @@
-//! Experiment `energy`: where the energy of a cloth goes, method by method and cause by cause.
+//! Experiment `energy`: gains and losses of a cloth's energy, by method and cause.
 
 pub mod facts;
 pub(crate) mod plates;

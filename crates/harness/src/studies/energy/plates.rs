@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Bar, Fill, Panel, Point, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -113,7 +113,7 @@ fn identity(row: &Row) -> (&str, &str) {
     (&row.method, &row.label)
 }
 
-/// How a scene is damped, in words.
+/// The damping of a scene, in words.
 fn damping(scene: &Scene) -> String {
     if scene.is_damped {
         format!("damped, d/m = {} s⁻¹", setting(scene.damping_over_mass_per_s))
@@ -122,7 +122,7 @@ fn damping(scene: &Scene) -> String {
     }
 }
 
-/// The parts of a bar in per cent.
+/// The parts of a bar, in per cent.
 fn parts(ledger: &Ledger) -> Vec<(&'static str, Fill, f64)> {
     [
         ("damping of the scene", Fill::Dark, ledger.damping),
@@ -135,7 +135,7 @@ fn parts(ledger: &Ledger) -> Vec<(&'static str, Fill, f64)> {
     .to_vec()
 }
 
-/// Longest side of a bar, %.
+/// Longest side of a bar, in per cent.
 const REACH: f64 = 100.0;
 
 fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
@@ -164,7 +164,7 @@ fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
                 [sum(-1.0), sum(1.0)]
             });
             let mut ends: Vec<f64> = sums.chain([-1.0, 1.0]).collect();
-            // Room for the number behind the bar.
+            // Leaves room for the number behind the bar.
             let least = ends.iter().copied().fold(0.0, f64::min);
             let greatest = ends.iter().copied().fold(0.0, f64::max);
             ends.push(greatest + 0.16 * (greatest - least));
@@ -196,10 +196,10 @@ fn ledgers(input: &Input, name: &str) -> Option<Sheet> {
     (!panels.is_empty()).then_some(Sheet { panels, notes })
 }
 
-/// How far above its start a curve is followed.
+/// Height above its start up to which a curve is drawn, over `E_ref`.
 const HIGHEST: f64 = 0.5;
 
-/// A curve up to where it leaves the panel.
+/// The points of a curve up to the first outside the panel.
 fn followed(scene: &Scene, row: &Row) -> Vec<Point> {
     let samples = scene.time_s.iter().zip(&row.energy);
     let outside = row.energy.iter().position(|energy| *energy > HIGHEST);
@@ -254,11 +254,11 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
 }
 
 fn per_cent(share: f64) -> String {
-    // What is round-off of 0 is 0.
+    // A share that is round-off counts as 0.
     if share.abs() < 1e-9 { "0".to_owned() } else { significant(100.0 * share, 3) }
 }
 
-/// Drift and excess dissipation of all methods on all scenes.
+/// The table of drift and excess dissipation, for all methods on all scenes.
 fn overview(input: &Input) -> Table {
     let mut header = texts(&["method"]);
     header.extend(input.facts.scenes.iter().map(|scene| scene.id.clone()));
@@ -281,7 +281,7 @@ fn overview(input: &Input) -> Table {
     }
 }
 
-/// The ledger of a scene in full.
+/// The table of a scene's complete ledgers.
 fn causes(input: &Input, scene: &Scene) -> Table {
     let with = || rows_of(input, scene).filter_map(|row| Some((row, row.ledger.as_ref()?)));
     let mut effects: Vec<&String> = with().flat_map(|(_, ledger)| ledger.gaps.keys()).collect();
@@ -316,7 +316,7 @@ fn causes(input: &Input, scene: &Scene) -> Table {
     }
 }
 
-/// The scenes and their steps.
+/// The table of scenes and their steps.
 fn scenes(input: &Input) -> Table {
     let line = |scene: &Scene| {
         let shorter = rows_of(input, scene).map(|row| row.step_s).filter(|h| *h < scene.step_s);

@@ -1,4 +1,4 @@
-//! The words of the study `energy`: its question, and what its numbers say.
+//! The words of the study `energy`: its question, and the findings from its numbers.
 
 use super::facts::{ALL_IMPLICIT, Facts, Ledger, Row};
 use drape_report::Words;
@@ -12,16 +12,16 @@ pub(super) const QUESTION: &str = "How much of a cloth's energy do the scene's d
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 
-/// A share of `E_ref` worth a word.
+/// Share of `E_ref` from which on a loss is mentioned.
 const NOTABLE: f64 = 0.01;
-/// A share of `E_ref` that is much for a residual or a correction.
+/// Share of `E_ref` that is large for a loss, a residual or a correction.
 const MUCH: f64 = 0.1;
-/// What a ledger may miss.
+/// Closure defect up to which a ledger closes.
 const CLOSED: f64 = 1e-8;
-/// A gap that is no more than round-off.
+/// Gap over `E_ref` up to which it may be round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [loss(facts), instead(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
@@ -43,13 +43,13 @@ fn ledgers(facts: &Facts) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
     facts.rows.iter().filter_map(|row| Some((row, row.ledger.as_ref()?)))
 }
 
-/// Rows with a ledger on the scenes that are damped, or not.
+/// Rows with a ledger on the damped scenes, or on the undamped ones.
 fn on(facts: &Facts, is_damped: bool) -> impl Iterator<Item = (&Row, &Ledger)> + Clone {
     let scenes = facts.scenes.iter().filter(move |scene| scene.is_damped == is_damped);
     scenes.flat_map(move |scene| ledgers(facts).filter(move |(row, _)| row.scene == scene.id))
 }
 
-/// A limit in per cent.
+/// A limit in per cent, as text.
 fn whole(share: f64) -> String {
     format!("{} %", setting(100.0 * share))
 }
@@ -58,7 +58,7 @@ fn greatest<T>(items: impl Iterator<Item = T>, value: impl Fn(&T) -> f64) -> Opt
     items.max_by(|a, b| value(a).total_cmp(&value(b)))
 }
 
-/// What the time step takes where nothing else should.
+/// Loss by the time step without damping, where no energy should be lost.
 fn loss(facts: &Facts) -> Option<String> {
     let scenes = facts.scenes.iter().filter(|scene| !scene.is_damped).count();
     let labels: BTreeSet<_> = on(facts, false).map(|(row, _)| row.label.as_str()).collect();
@@ -94,7 +94,7 @@ fn loss(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What the loss does to the damping, on the first damped scene.
+/// How the loss changes the work of the damping, on the first damped scene.
 fn instead(facts: &Facts) -> Option<String> {
     let (first, _) = on(facts, true).next()?;
     let rows = || on(facts, true).filter(|(row, _)| row.scene == first.scene);
@@ -120,7 +120,7 @@ fn instead(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Whether the sums are right.
+/// Whether the ledgers close.
 fn closure(facts: &Facts) -> Option<String> {
     let defects = facts.rows.iter().filter_map(|row| Some((row, row.closure_defect?)));
     let (worst, defect) = greatest(defects.clone(), |(_, defect)| *defect)?;
@@ -144,7 +144,7 @@ fn closure(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Theorem 1: the gaps of implicit springs in IMEX Euler.
+/// Theorem 1: no gap of implicit springs in IMEX Euler adds energy.
 fn theorem(facts: &Facts) -> Option<String> {
     let own = ledgers(facts).filter(|(row, _)| row.label == ALL_IMPLICIT);
     let gaps = own.flat_map(|(_, ledger)| &ledger.gaps).filter(|(name, _)| *name != "gravity");
@@ -168,7 +168,7 @@ fn theorem(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Where another cause counts.
+/// How many runs gain or lose much by another cause.
 fn passes(facts: &Facts, cause: &str, share: fn(&Ledger) -> f64) -> Option<String> {
     let much = ledgers(facts).filter(|(_, ledger)| share(ledger).abs() >= MUCH);
     let count = much.clone().count();
@@ -182,10 +182,10 @@ fn passes(facts: &Facts, cause: &str, share: fn(&Ledger) -> f64) -> Option<Strin
     ))
 }
 
-/// Excess dissipation beside the ledger.
+/// Agreement of the excess dissipation with the ledger.
 fn excess(facts: &Facts) -> Option<String> {
-    // What left by the ledger, but for the damping, is the excess, up to the quadrature of the
-    // damping.
+    // By the ledger, every loss other than damping is the excess. The two differ by the quadrature
+    // of the damping.
     let difference = |(row, ledger): (&'_ Row, &Ledger)| {
         let by_ledger = ledger.damping - ledger.sum();
         Some(((row.excess_dissipation? - by_ledger).abs(), row.label.clone(), row.scene.clone()))

@@ -3,17 +3,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A specimen is at rest if no particle feels more than this share of the weight of the heaviest.
+/// A specimen is at rest if no force on a particle exceeds this share of the heaviest one's weight.
 pub const AT_REST: f64 = 1e-4;
 
-/// How far the drop over the reach of a strip may be from the exact one that counts as right.
+/// Relative error of a strip's drop over reach up to which a model counts as right.
 pub(super) const RIGHT: f64 = 0.02;
 
 /// All specimens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// Cantilevers, one a model, `Γ` and mesh.
+    /// Cantilevers: one for each model, `Γ` and mesh.
     pub bent: Vec<Bent>,
     /// Cantilevers of several widths.
     pub widths: Vec<Width>,
@@ -23,23 +23,23 @@ pub struct Facts {
     pub cloths: Vec<Cloth>,
     /// Published bands of the drape coefficient.
     pub bands: Vec<Band>,
-    /// Drape tests, one a material, mesh and start.
+    /// Drape tests: one for each material, mesh and start.
     pub drapes: Vec<Drape>,
 }
 
-/// What resists bending in a strip, and how its stiffness follows from the rigidity `B`.
+/// The model of bending in a strip, and its stiffness for the rigidity `B`.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// The angle at each particle of a row.
+    /// Springs for the angle at each particle of a row.
     Angles,
     /// Hinges of stiffness `3 B/8` on equilateral triangles.
     Triangles,
     /// Hinges of stiffness `5 B/12` on squares that are cut along one diagonal.
     Squares,
-    /// Hinges of stiffness `B/3`, the value of a wide sheet, on these squares.
+    /// Hinges of stiffness `B/3` on the same squares. The value is that of a wide sheet.
     SquaresAsSheet,
     /// Springs to the next particle but one, which buckle (Choi and Ko 2002).
     Buckling,
@@ -48,7 +48,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// All, in the order of figures and tables.
+    /// All models, in the order of figures and tables.
     pub const ALL: [Self; 6] = [
         Self::Angles,
         Self::Triangles,
@@ -77,89 +77,90 @@ impl std::fmt::Display for Model {
     }
 }
 
-/// A strip that is clamped at one end and hangs under its weight.
+/// A strip that is clamped at one end and bends under its weight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bent {
-    /// What resists bending.
+    /// The model of bending.
     pub model: Model,
-    /// `Γ = ρ g L³/B`.
+    /// The load, `Γ = ρ g L³/B`.
     pub gamma: f64,
-    /// Edges along the free length.
+    /// Number of edges along the free length.
     pub segments: u32,
     /// Number of particles.
     pub particles: usize,
-    /// Drop of the free end over its reach, `H/W`; none if it reaches nowhere.
+    /// Drop of the free end over its reach, `H/W`; `None` if the reach is not positive.
     pub drop_over_reach: Option<f64>,
     /// Drop over reach of the exact inextensible strip.
     pub exact: f64,
-    /// Greatest force on a particle over the weight of the heaviest.
+    /// Greatest force on a particle, over the weight of the heaviest.
     pub residual: f64,
     /// Iterations of Newton's method.
     pub iterations: usize,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Bent {
-    /// Relative error of the drop over the reach, of a strip at rest.
+    /// Relative error of the drop over reach; `None` if the strip is not at rest.
     pub fn error(&self) -> Option<f64> {
         let found = self.drop_over_reach.filter(|_| self.residual <= AT_REST)?;
         Some(found / self.exact - 1.0)
     }
 }
 
-/// A strip of some width.
+/// A cantilever with one of several widths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Width {
-    /// What resists bending.
+    /// The model of bending.
     pub model: Model,
     /// `Γ` for the rigidity of the wide sheet.
     pub gamma: f64,
-    /// Rows of particles across.
+    /// Number of rows of particles across the width.
     pub rows: u32,
     /// Width over free length.
     pub width_over_length: f64,
     /// Drop of the free end over its reach.
     pub drop_over_reach: f64,
-    /// The rigidity `B` with which the exact strip bends as far, over the stiffness `k` of the
-    /// model.
+    /// The rigidity `B` of the exact strip with the same drop over reach, divided by the model's
+    /// stiffness `k`.
     pub rigidity_over_stiffness: f64,
-    /// Rigidity over stiffness of a narrow strip, as derived.
+    /// Rigidity over stiffness of a narrow strip, as derived in theory.
     pub narrow: f64,
-    /// Rigidity over stiffness of a wide sheet, as derived.
+    /// Rigidity over stiffness of a wide sheet, as derived in theory.
     pub wide: f64,
     /// As in [`Bent::residual`].
     pub residual: f64,
     /// As in [`Bent::iterations`].
     pub iterations: usize,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// A strip on edge: its width is upright. Above a critical weight it buckles to the side.
+/// A strip on edge, i.e. with its width upright. Above a critical weight it buckles to the side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Edgewise {
-    /// What resists bending.
+    /// The model of bending.
     pub model: Model,
-    /// Rows of particles across.
+    /// Number of rows of particles across the width.
     pub rows: u32,
-    /// Edges along the free length.
+    /// Number of edges along the free length.
     pub segments: u32,
-    /// Whether the strip is turned over: its diagonals then rise towards the free end.
+    /// Whether the strip is turned over, so that its diagonals rise towards the free end.
     pub turned: bool,
     /// Width over free length.
     pub width_over_length: f64,
-    /// `Γ = ρ g L³/B` at which the upright strip stops being a minimum of the energy; none below
-    /// the greatest that was tried.
+    /// `Γ = ρ g L³/B` at which the upright strip stops being a minimum of the energy. `None` if it
+    /// is one up to the greatest `Γ` that was tried.
     pub critical_gamma: Option<f64>,
-    /// `Γ` at which a slender beam with the strip's rigidities buckles, where they are known.
+    /// `Γ` at which a slender beam with the strip's rigidities buckles; `None` if they are not
+    /// known.
     pub law: Option<f64>,
-    /// Greatest residual of the upright rest positions.
+    /// Greatest residual of the upright rest positions that were tried.
     pub residual: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -167,7 +168,7 @@ pub struct Edgewise {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cloth {
-    /// Its name.
+    /// Name of the material.
     pub name: String,
     /// Mass over area, kg/m².
     pub areal_density_kg_m2: f64,
@@ -175,7 +176,7 @@ pub struct Cloth {
     pub bending_n_m: [f64; 2],
     /// Bending length `(B/(ρ g))^⅓` of warp and weft, m.
     pub bending_length_m: [f64; 2],
-    /// Class of the published band that it belongs to.
+    /// Class of the published band for the material, if it has one.
     pub class: Option<String>,
 }
 
@@ -183,7 +184,7 @@ pub struct Cloth {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Band {
-    /// The class of cloths.
+    /// The class of materials.
     pub class: String,
     /// Least coefficient.
     pub least: f64,
@@ -195,35 +196,35 @@ pub struct Band {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Drape {
-    /// The material.
+    /// Name of the material.
     pub cloth: String,
-    /// Squares across the diameter.
+    /// Number of squares across the diameter.
     pub cells: u32,
-    /// Waves around the circumference at the start.
+    /// Number of waves around the circumference at the start.
     pub waves: u32,
     /// Number of particles.
     pub particles: usize,
-    /// Share of the overhang that the shadow covers.
+    /// The drape coefficient: the share of the overhang that the shadow covers.
     pub coefficient: f64,
     /// As in [`Bent::residual`].
     pub residual: f64,
-    /// Whether the rest position is a minimum of the energy, and no saddle.
+    /// Whether the rest position is a minimum of the energy, not a saddle.
     pub is_minimum: bool,
     /// As in [`Bent::iterations`].
     pub iterations: usize,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Drape {
-    /// Whether the cloth is at rest, and stays there.
+    /// Whether the cloth is at rest and in a minimum of the energy.
     pub fn is_at_rest(&self) -> bool {
         self.residual <= AT_REST && self.is_minimum
     }
 }
 
 impl Facts {
-    /// The numbers of edges, rising.
+    /// The numbers of edges along the free length, ascending.
     pub(super) fn meshes(&self) -> Vec<u32> {
         let mut meshes: Vec<u32> = self.bent.iter().map(|bent| bent.segments).collect();
         meshes.sort_unstable();
@@ -231,7 +232,7 @@ impl Facts {
         meshes
     }
 
-    /// The values of `Γ`, rising.
+    /// The values of `Γ`, ascending.
     pub(super) fn gammas(&self) -> Vec<f64> {
         let mut gammas: Vec<f64> = self.bent.iter().map(|bent| bent.gamma).collect();
         gammas.sort_by(f64::total_cmp);
@@ -239,14 +240,14 @@ impl Facts {
         gammas
     }
 
-    /// One cantilever.
+    /// The cantilever of a model with this `Γ` and number of edges, if the record has it.
     pub(super) fn bent(&self, model: Model, gamma: f64, segments: u32) -> Option<&Bent> {
         let is_it = |b: &&Bent| (b.model, b.gamma, b.segments) == (model, gamma, segments);
         self.bent.iter().find(is_it)
     }
 
-    /// Observed order of convergence to the exact strip: from the two finest meshes at rest, where
-    /// the error falls.
+    /// Observed order of convergence to the exact strip, from the two finest meshes at rest. `None`
+    /// if the error does not fall.
     pub(super) fn order(&self, model: Model, gamma: f64) -> Option<f64> {
         let errors = self.meshes().into_iter().filter_map(|segments| {
             let error = self.bent(model, gamma, segments)?.error()?;
@@ -258,7 +259,7 @@ impl Facts {
         (order.is_finite() && order > 0.0).then_some(order)
     }
 
-    /// Least and greatest coefficient of a material at rest, over meshes and starts.
+    /// Least and greatest drape coefficient of a material at rest, over meshes and starts.
     pub(super) fn spread(&self, cloth: &str) -> Option<[f64; 2]> {
         let own = self.drapes.iter().filter(|drape| drape.cloth == cloth && drape.is_at_rest());
         own.map(|drape| drape.coefficient).fold(None, |spread: Option<[f64; 2]>, c| {

@@ -1,4 +1,4 @@
-//! Experiment `fabric`: simulated cloth against exact solutions and measured cloth.
+//! Experiment `fabric`: simulated cloth against exact solutions and against measured cloth.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -8,7 +8,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Panel, Point, Rule, Series, Sheet, State, panels_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -53,7 +53,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// A point of a run that is at rest.
+/// A point of a specimen at rest.
 fn point(x: f64, y: f64) -> Point {
     Point { x, y, state: State::Stable }
 }
@@ -83,7 +83,7 @@ fn master_curve(input: &Input) -> Option<Sheet> {
     )
 }
 
-/// Up to four values of `Γ`, the least and the greatest among them.
+/// Up to four values of `Γ`, including the least and the greatest.
 fn shown_gammas(facts: &Facts) -> Vec<f64> {
     let gammas = facts.gammas();
     let n = gammas.len();
@@ -150,12 +150,12 @@ fn widths(input: &Input) -> Option<Sheet> {
     )
 }
 
-/// The name of a model without its factor.
+/// The name of a model without its stiffness factor.
 fn short(model: Model) -> &'static str {
     model.name().split(", k").next().unwrap_or_default()
 }
 
-/// A full line in a colour that no mesh has.
+/// The look of bands: a full line in a colour that no mesh has.
 const BAND: Look = Look::of_family(5, 14);
 
 fn drapes(input: &Input) -> Option<Sheet> {
@@ -219,7 +219,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     ]
 }
 
-/// Drop over reach of every model on every mesh, below the exact strip.
+/// Drop over reach of every model on every mesh, with the exact strip.
 fn curve(facts: &Facts) -> Table {
     let gammas = facts.gammas();
     let exact = |gamma: &f64| facts.bent.iter().find(|bent| bent.gamma == *gamma);
@@ -344,7 +344,7 @@ fn edge_table(facts: &Facts) -> Table {
     }
 }
 
-/// Materials with their spread, beside the bands.
+/// Materials with the spread of their coefficients and the published bands.
 fn cloths(facts: &Facts) -> Table {
     let centimetres = |value: f64| significant(100.0 * value, 3);
     let line = |cloth: &super::facts::Cloth| {

@@ -1,4 +1,4 @@
-//! The words of the study `fabric`: its question, and what its numbers say.
+//! The words of the study `fabric`: its question, and the findings from its numbers.
 
 use super::facts::{AT_REST, Cloth, Facts, Model, RIGHT};
 use drape_report::Words;
@@ -13,7 +13,7 @@ pub(super) const BUILDS_ON: &[&str] = &["effects"];
 /// Greatest `Γ` of a cantilever test; a heavier strip hangs almost upright.
 const TESTED: f64 = 16.0;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [bending(facts), wrong(facts), draping(facts)].into_iter().flatten();
     let observations =
@@ -25,8 +25,8 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// The greatest error of a model on the finest mesh where it is at rest for all tested `Γ`, with
-/// its sign; none where it is not.
+/// The error of a model that is largest in size, with its sign, on the finest mesh over all tested
+/// `Γ`. `None` if a strip there is not at rest.
 fn worst(facts: &Facts, model: Model) -> Option<f64> {
     let finest = facts.meshes().into_iter().next_back()?;
     let tested = facts.gammas().into_iter().filter(|gamma| *gamma <= TESTED);
@@ -40,7 +40,7 @@ fn signed(error: f64) -> String {
     format!("{sign}{}", percent(libm::fabs(error), 2))
 }
 
-/// Models that bend as the exact strip does.
+/// The models that bend like the exact strip.
 fn bending(facts: &Facts) -> Option<String> {
     let finest = facts.meshes().into_iter().next_back()?;
     let right = |model: &Model| worst(facts, *model).is_some_and(|e| libm::fabs(e) <= RIGHT);
@@ -57,7 +57,7 @@ fn bending(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Models that do not.
+/// The models that do not.
 fn wrong(facts: &Facts) -> Option<String> {
     let wrong = |model: &Model| !worst(facts, *model).is_some_and(|e| libm::fabs(e) <= RIGHT);
     let error = |model| worst(facts, model).map_or_else(|| "not at rest".to_owned(), signed);
@@ -70,7 +70,7 @@ fn wrong(facts: &Facts) -> Option<String> {
     (!told.is_empty()).then(|| format!("These do not, at worst by: {}.", told.join("; ")))
 }
 
-/// Whether all coefficients of a material lie in its band; none without a band or a coefficient.
+/// Whether all coefficients of a material lie in its band; `None` without a band or a coefficient.
 fn is_inside(facts: &Facts, cloth: &Cloth) -> Option<bool> {
     let (band, [least, greatest]) = (facts.band(cloth)?, facts.spread(&cloth.name)?);
     Some(band.least <= least && greatest <= band.greatest)
@@ -80,7 +80,7 @@ fn span([least, greatest]: [f64; 2]) -> String {
     format!("{:.0}–{:.0} %", 100.0 * least, 100.0 * greatest)
 }
 
-/// Materials beside the bands of their classes.
+/// The materials against the bands of their classes.
 fn draping(facts: &Facts) -> Option<String> {
     let told = |cloth: &Cloth| {
         let (band, spread) = (facts.band(cloth)?, facts.spread(&cloth.name)?);
@@ -97,7 +97,7 @@ fn draping(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Observed orders of convergence.
+/// The observed orders of convergence.
 fn orders(facts: &Facts) -> Option<String> {
     let gamma = facts.gammas().into_iter().next()?;
     let told: Vec<_> = Model::ALL
@@ -114,7 +114,7 @@ fn orders(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What a wider strip does to a hinge.
+/// How the width of a strip changes the rigidity of a hinge.
 fn widths(facts: &Facts) -> Option<String> {
     let told = |model: Model| {
         let own = facts.widths.iter().filter(|width| width.model == model);
@@ -141,9 +141,9 @@ fn widths(facts: &Facts) -> Option<String> {
     })
 }
 
-/// When a strip on edge buckles.
+/// The weights at which strips on edge buckle.
 fn edgewise(facts: &Facts) -> Option<String> {
-    // The most slender of each model, both ways.
+    // The most slender strip of each model, on both sides.
     let told = |model: Model| {
         let own = || facts.edgewise.iter().filter(|edge| edge.model == model);
         let slender = own().map(|edge| edge.width_over_length).reduce(f64::min)?;
@@ -168,20 +168,20 @@ fn edgewise(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How far coefficients spread.
+/// How far drape coefficients spread.
 fn spreads(facts: &Facts) -> Option<String> {
     let width = |[least, greatest]: [f64; 2]| greatest - least;
     let spread = |cloth: &Cloth| Some((width(facts.spread(&cloth.name)?), cloth.name.clone()));
     let (widest, name) =
         facts.cloths.iter().filter_map(spread).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    // Pairs of starts on one mesh.
+    // Differences between two starts on one mesh.
     let resting = || facts.drapes.iter().filter(|drape| drape.is_at_rest());
     let pairs = resting().flat_map(|a| {
         let same = resting().filter(|b| (&b.cloth, b.cells) == (&a.cloth, a.cells));
         same.map(|b| b.coefficient - a.coefficient)
     });
     let of_starts = pairs.fold(0.0, f64::max);
-    // One test spreads nowhere.
+    // A single test has no spread.
     (widest > 0.0).then(|| {
         format!(
             "Over meshes and starts the drape coefficient of one material spreads by up to {} \

@@ -10,10 +10,10 @@ pub(crate) const NOTHING_MOVES: &str =
 
 /// The form of updated CG that the paper prints, as in [`Facts::methods`].
 pub(super) const PRINTED: &str = "imex-updated (paper)";
-/// The same with safeguards.
+/// The safeguarded form of updated CG, as in [`Facts::methods`].
 pub(super) const SAFEGUARDED: &str = "imex-updated";
 
-/// Allowance for round-off over `E_ref` beyond which a count of rises says nothing.
+/// Largest allowance for round-off over `E_ref` at which rises of the energy can be counted.
 const VISIBLE: f64 = 1e-3;
 
 /// What theory says of a method on a case.
@@ -54,8 +54,8 @@ impl Expected {
         }
     }
 
-    /// Whether a verdict, with the number of steps in which the energy rose, is what was expected.
-    /// A run that came to no verdict differs from nothing.
+    /// Whether a verdict agrees with what theory says; `rises` is the number of steps in which the
+    /// energy rose. A run without a verdict agrees with everything.
     pub fn admits(self, verdict: Verdict, rises: u64) -> bool {
         match self {
             Self::Monotone if verdict == Verdict::Stable => rises == 0,
@@ -74,9 +74,9 @@ pub struct Facts {
     pub cases: Vec<Case>,
     /// The columns: methods, each at its defaults or in a named form.
     pub methods: Vec<String>,
-    /// One cell a case, method, and damping.
+    /// One cell for each case, method and damping.
     pub cells: Vec<Cell>,
-    /// Cells whose verdict differs from the expected one without an explanation.
+    /// Cells whose verdict differs from theory without an explanation.
     pub unexplained: Vec<String>,
 }
 
@@ -84,9 +84,9 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Id and title, e.g. `H04 squeezed to half`: what cells refer to.
+    /// Id and title, e.g. `H04 squeezed to half`. Cells refer to the case by it.
     pub name: String,
-    /// The scene, in a sentence.
+    /// The scene in one sentence.
     pub scene: String,
     /// How its energy is judged.
     pub judged: String,
@@ -118,56 +118,56 @@ pub struct Cell {
     pub is_damped: bool,
     /// Method id with all settings.
     pub settings: String,
-    /// `stable`, `marginal`, `unstable` or `diverged`; or why there is none: `over budget`,
-    /// `refused`, `not applicable`.
+    /// `stable`, `marginal`, `unstable` or `diverged`. A cell without a verdict says why:
+    /// `over budget`, `refused` or `not applicable`.
     pub verdict: Verdict,
-    /// Why a cell has no verdict, or that a sheet at rest moves; empty otherwise.
+    /// Why the cell has no verdict, or that a sheet at rest moves; otherwise empty.
     pub note: String,
     /// What theory says.
     pub expected: Expected,
-    /// Why.
+    /// Why theory says so.
     pub reason: String,
     /// Whether the verdict differs from what theory says.
     pub differs: bool,
-    /// Why it differs, where that is known.
+    /// Why the verdict differs, if that is known.
     pub explanation: Option<String>,
-    /// Number of starts that ran: a divergence or the budget ends the series.
+    /// Number of starts that ran. A divergence or the end of the budget ends the series.
     pub runs: u32,
-    /// Greatest rise of the total energy above the start over `E_ref`.
+    /// Greatest rise of the total energy above its start, over `E_ref`.
     pub gain: f64,
-    /// Secular slope of the total energy times the duration over `E_ref`: of the start where it is
-    /// greatest.
+    /// Secular slope of the total energy times the duration, over `E_ref`. It is taken from the
+    /// start whose slope is the steepest.
     pub drift: f64,
-    /// Steps of all runs in which the energy rose by more than round-off.
+    /// Number of steps in all runs in which the energy rose by more than round-off.
     pub rises: u64,
-    /// Greatest allowance for round-off in the count of rises over `E_ref`: it grows with `h²k/m`,
-    /// and where it is large the count says nothing.
+    /// Greatest allowance for round-off in the count of rises, over `E_ref`. It grows with `h²k/m`;
+    /// where it is large, the count means nothing.
     pub round_off: f64,
-    /// Steps of all runs.
+    /// Number of steps in all runs.
     pub steps: u64,
     /// Simulated time that every run reached, s.
     pub reached_s: f64,
-    /// CG iterations of all runs.
+    /// Number of CG iterations in all runs.
     pub cg_iterations: u64,
-    /// Newton iterations of all runs.
+    /// Number of Newton iterations in all runs.
     pub newton_iterations: u64,
-    /// Steps of all runs whose solver stopped before its tolerance.
+    /// Number of steps in all runs whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
-    /// How far the unperturbed start strayed from its equilibrium, m; only where it is one.
+    /// Greatest distance of the unperturbed start from its equilibrium, m; `None` unless it is one.
     pub strayed_m: Option<f64>,
-    /// Greatest speed of the unperturbed start meanwhile, m/s.
+    /// Greatest speed in the same run, m/s.
     pub strayed_m_per_s: Option<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Cell {
-    /// Whether a theorem says that its energy rises in no step.
+    /// Whether a theorem says that the energy rises in no step.
     pub(super) fn is_monotone(&self) -> bool {
         self.expected == Expected::Monotone
     }
 
-    /// Whether round-off lets its rises be counted.
+    /// Whether round-off is small enough to count rises.
     pub(super) fn shows_rises(&self) -> bool {
         self.round_off <= VISIBLE
     }

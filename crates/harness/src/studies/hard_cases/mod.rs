@@ -1,4 +1,4 @@
-//! Experiment `hard-cases`: every method where methods fail.
+//! Experiment `hard-cases`: every method on scenes where methods fail.
 
 pub mod facts;
 pub(crate) mod plates;

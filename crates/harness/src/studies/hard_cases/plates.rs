@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Matrix, Row, Shade, Tile};
 
-/// What the figure is drawn from.
+/// The input of the figure.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -31,7 +31,7 @@ const KNOWN: [(Verdict, &str, Shade); 7] = [
     (Verdict::NotApplicable, "–", Shade::Idle),
 ];
 
-/// The letter of a verdict: capital where theory says something.
+/// The letter of a verdict. A capital means that theory predicts it.
 fn letter(cell: &Cell) -> String {
     let known = KNOWN.iter().find(|(verdict, ..)| *verdict == cell.verdict);
     let letter = known.map_or("?", |(_, letter, _)| letter);
@@ -47,7 +47,7 @@ fn tile(cell: &Cell) -> Tile {
     }
 }
 
-/// The cells of a case and a method, undamped first.
+/// The cells of a case and a method, the undamped one first.
 fn pair<'a>(facts: &'a Facts, case: &Case, method: &str) -> Vec<&'a Cell> {
     let mut cells: Vec<_> =
         facts.cells.iter().filter(|cell| cell.case == case.name && cell.method == method).collect();
@@ -97,7 +97,7 @@ fn damping(cell: &Cell) -> &'static str {
     if cell.is_damped { "damped" } else { "undamped" }
 }
 
-/// Verdict with the number behind it.
+/// The verdict with the number that decided it.
 fn verdict(cell: &Cell) -> String {
     let letter = letter(cell);
     match cell.verdict {
@@ -117,7 +117,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![tally(facts), differences(facts), numbers(facts), cases(facts)]
 }
 
-/// Verdicts of each method, the most stable first.
+/// Counts of the verdicts of each method, the most stable method first.
 fn tally(facts: &Facts) -> Table {
     let line = |method: &String| {
         let own = || facts.cells.iter().filter(|cell| cell.method == *method);

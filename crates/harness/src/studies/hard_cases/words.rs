@@ -1,4 +1,4 @@
-//! The words of the study `hard-cases`: its question, and what its numbers say.
+//! The words of the study `hard-cases`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, Expected, Facts, NOTHING_MOVES, PRINTED, SAFEGUARDED};
 use drape_report::number::significant;
@@ -11,7 +11,7 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [best(facts), theory(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
@@ -28,7 +28,7 @@ fn judged(facts: &Facts) -> impl Iterator<Item = &Cell> {
     facts.cells.iter().filter(|cell| cell.verdict.is_judged())
 }
 
-/// Which method is stable most often.
+/// The method that is stable most often.
 fn best(facts: &Facts) -> Option<String> {
     let mut counts: Vec<(&str, usize, usize)> = Vec::new();
     for method in &facts.methods {
@@ -70,7 +70,7 @@ fn best(facts: &Facts) -> Option<String> {
     }
 }
 
-/// Whether the verdicts are what theory says.
+/// How many verdicts agree with theory.
 fn theory(facts: &Facts) -> Option<String> {
     let predicted = judged(facts).filter(|cell| cell.expected != Expected::NoTheorem).count();
     let differing = facts.cells.iter().filter(|cell| cell.differs).count();
@@ -87,7 +87,7 @@ fn theory(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The energy theorem, counted.
+/// How often the energy rose where the energy theorem holds.
 fn theorem(facts: &Facts) -> Option<String> {
     let counted = || facts.cells.iter().filter(|cell| cell.is_monotone() && cell.shows_rises());
     let steps: u64 = counted().map(|cell| cell.steps).sum();
@@ -102,7 +102,7 @@ fn theorem(facts: &Facts) -> Option<String> {
     })
 }
 
-/// H16: which springs may stay out of the matrix.
+/// H16: shear springs as stiff as the tension springs, left out of the matrix.
 fn explicit_shear(facts: &Facts) -> Option<String> {
     let of_case = facts.cells.iter().filter(|cell| cell.case.starts_with("H16"));
     let outside: Vec<_> =
@@ -118,7 +118,7 @@ fn explicit_shear(facts: &Facts) -> Option<String> {
     })
 }
 
-/// H20: what the paper's algorithm gains and its safeguards keep.
+/// H20: the energy that the paper's algorithm gains, and the verdict of its safeguarded form.
 fn safeguard(facts: &Facts) -> Option<String> {
     let at = |method: &str| {
         let cells = facts.cells.iter().filter(|c| c.case.starts_with("H20") && c.method == method);
@@ -135,7 +135,7 @@ fn safeguard(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Who does not keep still.
+/// How many methods move the sheet at rest.
 fn rest(facts: &Facts) -> Option<String> {
     let looked = || facts.cells.iter().filter(|cell| cell.strayed_m.is_some());
     let moving = methods(looked().filter(|cell| !cell.note.is_empty()));
@@ -146,12 +146,12 @@ fn rest(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How many methods the cells are of.
+/// Number of methods that the cells belong to.
 fn methods<'a>(cells: impl Iterator<Item = &'a Cell>) -> usize {
     cells.map(|cell| cell.method.as_str()).collect::<BTreeSet<_>>().len()
 }
 
-/// How rare stability is.
+/// How few verdicts are stable.
 fn unstable(facts: &Facts) -> Option<String> {
     let all = judged(facts).count();
     let stable = judged(facts).filter(|cell| cell.verdict == Verdict::Stable).count();

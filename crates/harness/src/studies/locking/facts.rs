@@ -8,13 +8,14 @@ use serde::{Deserialize, Serialize};
 pub const BASE_STIFFNESS: f64 = 1e6;
 /// The step at which the stiffness varies, s.
 pub const BASE_STEP: f64 = 0.01;
-/// Label of backward Euler, whose damping is that of an implicit step.
+/// Label of backward Euler, the implicit step with which others are compared.
 pub const BACKWARD_EULER: &str = "backward-euler";
 /// Label of plain IMEX Euler, the method that locks.
 pub const IMEX_EULER: &str = "imex-euler";
 /// Label of updated, safeguarded CG.
 pub(super) const UPDATED: &str = "imex-updated";
-/// Greatest relative difference to the prototype, and half of its last digit, m, that confirm it.
+/// Greatest relative difference from the prototype's path, or absolute difference (half of its last
+/// digit, m), that confirms it.
 const CONFIRMED: (f64, f64) = (0.01, 0.0006);
 
 /// All methods on the hanging sheet, and single springs.
@@ -23,9 +24,9 @@ const CONFIRMED: (f64, f64) = (0.01, 0.0006);
 pub struct Facts {
     /// The hanging sheets, with the true motion of each.
     pub sheets: Vec<Sheet>,
-    /// One a method, sheet and step size.
+    /// One run for each method, sheet and step size.
     pub runs: Vec<Run>,
-    /// Single springs loaded across.
+    /// Single springs with a load across them.
     pub springs: Vec<Spring>,
 }
 
@@ -39,25 +40,24 @@ pub struct Sheet {
     pub damping_over_mass_per_s: f64,
     /// Particles along each edge.
     pub side: u32,
-    /// Path of the midpoint of the free edge in the first second of the true motion, m.
+    /// Length of the path of the free edge's midpoint in the first second of the true motion, m.
     pub path_m: f64,
-    /// How far the path changes, m, when the step of the reference is doubled.
+    /// Change of that path if the step of the reference is doubled, m.
     pub path_error_m: f64,
-    /// When the midpoint has fallen half as far as it falls at most within the first second, s.
+    /// Time at which the midpoint has fallen half of its greatest fall in the first second, s.
     pub half_fall_s: f64,
     /// Step size of the reference, s.
     pub reference_step_s: f64,
-    /// `u` at the midpoint, where `L_k u = k 1` with the pins at 0: the terminal speed of the law
-    /// is `a u/(h k/m)`.
+    /// Value of `u` at the midpoint, where `L_k u = k 1` and `u = 0` at the pins. The law's
+    /// terminal speed is `a u/(h k/m)`.
     pub lever: f64,
-    /// Lever of the lowest swing of a sheet that is held along a whole edge: `1/λ`,
-    /// `λ = (π/2N)²`.
+    /// `1/λ` of the lowest swing of a sheet that is held along a whole edge, `λ = (π/2N)²`.
     pub swing_lever: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// One method on one sheet, for one second.
+/// One method on one sheet for one second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -69,35 +69,36 @@ pub struct Run {
     pub stiffness_over_mass_per_s2: f64,
     /// Step size, s.
     pub step_s: f64,
-    /// Path of the midpoint of the free edge, m, through its positions every 0.01 s; `None` for a
-    /// run that did not reach the end.
+    /// Length of the path of the free edge's midpoint through its positions every 0.01 s, m. `None`
+    /// if the run did not reach the end.
     pub path_m: Option<f64>,
-    /// Retained motion `R`: the path over that of the true motion.
+    /// Retained motion `R`: the path, over that of the true motion.
     pub retained: Option<f64>,
-    /// The path over that of backward Euler at the same step, where that was run.
+    /// The path, over that of backward Euler at the same step, if that was run.
     pub retained_beside_backward_euler: Option<f64>,
-    /// `R_fall`: how far the midpoint has fallen when half of the true fall is over, over how far
-    /// it should have.
+    /// Retained fall `R_fall`: the fall of the midpoint at [`Sheet::half_fall_s`], over the true
+    /// fall then.
     pub retained_fall: Option<f64>,
-    /// Height of the midpoint at 0.3 s, above that of the start, m.
+    /// Height of the midpoint at 0.3 s above its start, m.
     pub height_m: Option<f64>,
-    /// The path in an independent prototype, m, where it has one.
+    /// The path in an independent prototype, m, if it ran this case.
     pub prototype_path_m: Option<f64>,
     /// Mean speed of fall of the midpoint from 0.5 s to 1 s, m/s.
     pub late_speed_m_s: Option<f64>,
-    /// Terminal speed that the law of locking gives for IMEX Euler on this sheet, m/s.
+    /// Terminal speed by the law of locking for IMEX Euler on this sheet, m/s.
     pub law_m_s: f64,
     /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`.
     pub verdict: Verdict,
-    /// Greatest rise of the energy above its start over the energy that the true motion sets free.
+    /// Greatest rise of the energy above its start, over the energy that the true motion sets free.
     pub gain: f64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// One particle on an anchored spring, at rest and at rest length, loaded across the spring.
+/// One particle on an anchored spring, starting at rest and at rest length, with a load across the
+/// spring.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
@@ -105,8 +106,8 @@ pub struct Spring {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// `along x`, where the exact Hessian of the spring is diagonal, or `oblique`, where it couples
-    /// all coordinates.
+    /// `along x`, for which the exact Hessian of the spring is diagonal, or `oblique`, for which it
+    /// couples all coordinates.
     pub direction: String,
     /// `θ = h²k/m`.
     pub theta: f64,
@@ -116,22 +117,22 @@ pub struct Spring {
     pub steps: u64,
     /// Load over mass, m/s².
     pub load_m_s2: f64,
-    /// Angular momentum over mass and length of the spring at the end, m/s: the speed across it.
+    /// Speed across the spring at the end, m/s: the angular momentum over mass and length.
     pub speed_m_s: f64,
-    /// Speed by the closed form of the method, m/s, to first order in the deflection over the
+    /// Speed by the closed form of the method, m/s. It is of first order in the deflection over the
     /// length.
     pub law_m_s: f64,
-    /// Greatest relative deviation, over all steps, from the recurrence that the angular momentum
-    /// obeys at any amplitude; `None` where the recurrence holds only for small deflections.
+    /// Greatest relative deviation, over all steps, from the recurrence of the angular momentum.
+    /// `None` if the recurrence holds only for small deflections.
     pub recurrence_error: Option<f64>,
     /// Speed of free fall, m/s.
     pub free_m_s: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// The first locked run of each variant at the base step: the softest sheet first, then the one
-/// that keeps the least.
+/// The softest locked run of each variant at the base step. Runs on the softest sheets come first,
+/// and on the same sheet those with the least motion.
 pub(super) fn first_locked(facts: &Facts) -> Vec<&Run> {
     let mut firsts: Vec<&Run> = Vec::new();
     for run in facts.runs.iter().filter(|run| run.step_s == BASE_STEP) {
@@ -153,7 +154,7 @@ pub(super) fn first_locked(facts: &Facts) -> Vec<&Run> {
     firsts
 }
 
-/// Whether a path is that of the prototype; `None` where one of the two is missing.
+/// Whether a path agrees with that of the prototype; `None` if one of the two is missing.
 pub(super) fn agrees_with_prototype(run: &Run) -> Option<bool> {
     let (path, expected) = run.path_m.zip(run.prototype_path_m)?;
     Some((path - expected).abs() <= (CONFIRMED.0 * expected).max(CONFIRMED.1))

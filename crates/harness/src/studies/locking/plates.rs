@@ -11,7 +11,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Panel, Point, Rule, Series, Sheet, State, values};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -55,7 +55,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// A sheet that keeps less is locked.
+/// A sheet that retains less of its motion is locked.
 const HALF: f64 = 0.5;
 
 fn identity(run: &Run) -> (&str, &str) {
@@ -75,16 +75,16 @@ fn by_stiffness(input: &Input) -> Option<Sheet> {
 fn by_step(input: &Input) -> Option<Sheet> {
     let runs = input.facts.runs.iter();
     let runs: Vec<_> = runs.filter(|run| run.stiffness_over_mass_per_s2 == STIFFNESS).collect();
-    // Tension and shear springs of a tenth: λ ≤ 8 (k + k_s)/m.
+    // Shear springs have a tenth of the stiffness, so λ ≤ 8 (k + k_s)/m.
     let explicit = 2.0 / libm::sqrt(8.8 * STIFFNESS);
     retained(&runs, "time step h (s)", |run| run.step_s, Some(explicit))
 }
 
-/// Greater motion, which is no success, is drawn here.
+/// Greater retained motion is drawn here: it is no success.
 const MOST: f64 = 1.4;
 
-/// A panel for each family; only a sweep over at least two values is drawn. `explicit`: the limit
-/// of leapfrog.
+/// A panel for each family of methods. Only a sweep over at least two values is drawn. `explicit`
+/// is the limit of leapfrog.
 fn retained(
     runs: &[&Run],
     x_label: &str,
@@ -123,7 +123,7 @@ fn retained(
     (values(xs.into_iter()).len() > 1).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// Methods that have the whole stiffness of all springs in the matrix.
+/// Methods whose matrix has the whole stiffness: of all springs, or of the tension springs only.
 const CREEPING: [&str; 3] = [IMEX_EULER, "desbrun", "imex-euler, tension only"];
 /// Slower falls are drawn on the lower edge.
 const SLOWEST: f64 = 1e-3;
@@ -190,7 +190,7 @@ fn springs(input: &Input) -> Option<Sheet> {
     (!springs.is_empty()).then_some(Sheet { panels, notes })
 }
 
-/// Curves that can be told apart in one panel.
+/// Largest number of curves that can be distinguished in one panel.
 const MOST_CURVES: usize = 7;
 
 /// All tables of the page.
@@ -223,7 +223,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     ]
 }
 
-/// Where each variant locks first, the softest sheet first.
+/// The table of the softest sheet on which each variant locks.
 fn locked(input: &Input) -> Table {
     let line = |run: &Run| {
         let stiffness = power(run.stiffness_over_mass_per_s2);

@@ -1,4 +1,4 @@
-//! The words of the study `locking`.
+//! The words of the study `locking`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::number::{percent, power, setting, significant};
@@ -10,14 +10,14 @@ pub(super) const QUESTION: &str = "How much motion does a stiff cloth keep at lo
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness", "stability"];
 
-/// Two shares of the motion that differ by less are called equal.
+/// Two shares of the motion count as equal below this difference.
 const EQUAL: f64 = 0.01;
-/// A speed that is off by less follows the law.
+/// Relative error of a speed below which it follows the law.
 const LAWFUL: f64 = 0.01;
-/// A recurrence that is met to this holds to round-off.
+/// Relative error below which a recurrence holds to round-off.
 const ROUND_OFF: f64 = 1e-12;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [plain(facts), updated(facts), terminal(facts)];
     let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -50,13 +50,13 @@ fn of<'a>(facts: &'a Facts, label: &'a str) -> impl Iterator<Item = &'a Run> + C
     facts.runs.iter().filter(move |run| run.label == label)
 }
 
-/// The run of a method at the base point.
+/// The run of a method at the base stiffness and step.
 fn base<'a>(facts: &'a Facts, label: &'a str) -> Option<&'a Run> {
     of(facts, label)
         .find(|run| run.stiffness_over_mass_per_s2 == BASE_STIFFNESS && run.step_s == BASE_STEP)
 }
 
-/// What IMEX Euler keeps of the motion.
+/// The motion that IMEX Euler keeps.
 fn plain(facts: &Facts) -> Option<String> {
     let run = base(facts, IMEX_EULER)?;
     let only = if run.verdict == Verdict::Locked { "is stable but keeps only" } else { "keeps" };
@@ -68,7 +68,7 @@ fn plain(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// What updates give back.
+/// The motion that updated CG keeps.
 fn updated(facts: &Facts) -> Option<String> {
     let updated = base(facts, UPDATED)?.retained?;
     let beside = base(facts, BACKWARD_EULER).and_then(|run| run.retained).map(|implicit| {
@@ -85,7 +85,7 @@ fn updated(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// The late speed of the stiffest sheet beside the law.
+/// The late speed of the stiffest locked sheet, against the law.
 fn terminal(facts: &Facts) -> Option<String> {
     let locked = of(facts, IMEX_EULER).filter(|run| run.verdict == Verdict::Locked);
     let locked = locked.filter(|run| run.step_s == BASE_STEP);
@@ -110,7 +110,7 @@ fn terminal(facts: &Facts) -> Option<String> {
     })
 }
 
-/// From which stiffness on methods stand still.
+/// How many variants lock, and from which stiffness on.
 fn by_stiffness(facts: &Facts) -> Option<String> {
     let firsts = first_locked(facts);
     let stable = |run: &&Run| matches!(run.verdict, Verdict::Stable | Verdict::Locked);
@@ -128,7 +128,7 @@ fn by_stiffness(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Whether the damping of an implicit step explains what is lost.
+/// Whether the damping of implicit steps explains the loss of motion.
 fn implicit(facts: &Facts) -> Option<String> {
     base(facts, IMEX_EULER).filter(|run| run.verdict == Verdict::Locked)?;
     let runs = of(facts, BACKWARD_EULER).filter(|run| run.step_s == BASE_STEP);
@@ -141,7 +141,7 @@ fn implicit(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// What a shorter step helps.
+/// The longest step at which IMEX Euler keeps half of the motion.
 fn by_step(facts: &Facts) -> Option<String> {
     let runs = of(facts, IMEX_EULER).filter(|r| r.stiffness_over_mass_per_s2 == BASE_STIFFNESS);
     let moving = runs.clone().filter(|run| run.verdict == Verdict::Stable).map(|run| run.step_s);
@@ -155,7 +155,7 @@ fn by_step(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The exact law of a single spring.
+/// Whether a single spring satisfies its exact law.
 fn recurrence(facts: &Facts) -> Option<String> {
     let exact = facts.springs.iter().filter_map(|spring| spring.recurrence_error);
     let worst = exact.reduce(f64::max)?;
@@ -169,7 +169,7 @@ fn recurrence(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Whether coupling of the coordinates matters.
+/// Whether the coupling of coordinates matters.
 fn directions(facts: &Facts) -> Option<String> {
     let differences = facts.springs.iter().filter_map(|spring| {
         let other = facts.springs.iter().find(|other| {
@@ -191,7 +191,7 @@ fn directions(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The independent prototype beside the runs.
+/// Agreement with the independent prototype.
 fn prototype(facts: &Facts) -> Option<String> {
     let all: Vec<_> = facts.runs.iter().filter_map(agrees_with_prototype).collect();
     (!all.is_empty()).then(|| {
@@ -204,7 +204,7 @@ fn prototype(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Runs that say nothing about locking.
+/// Number of runs that show nothing about locking.
 fn failed(facts: &Facts) -> Option<String> {
     let said = |run: &&Run| !matches!(run.verdict, Verdict::Stable | Verdict::Locked);
     let failed = facts.runs.iter().filter(said).count();

@@ -4,17 +4,18 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Drift that round-off and the tolerance of a tight solve may make.
+/// Largest drift that round-off and the tolerance of a tight solve may cause.
 pub(super) const KEPT: f64 = 1e-9;
 
-/// A smaller change of the spin, or gain of energy over that of the spin, counts as none.
+/// A smaller change of the spin counts as none. So does a smaller gain of energy, over the energy
+/// of the spin.
 pub(super) const LEAST_CHANGE: f64 = 0.01;
 
-/// Labels of Desbrun's method without correction, as printed, and with consistent lever arms.
+/// Labels of Desbrun's method: without correction, as printed, and with consistent lever arms.
 pub(super) const CORRECTIONS: [&str; 3] =
     ["desbrun, no correction", "desbrun, literal", "desbrun, consistent"];
 
-/// Spin left to Desbrun's sheet, `|L|/|L_0|`, in an independent prototype: scene, label, value.
+/// Spin `|L|/|L_0|` that an independent prototype of Desbrun's method keeps: scene, label, value.
 pub(super) const PROTOTYPE: [(&str, &str, f64); 6] = [
     ("spin-1e4", CORRECTIONS[0], 0.053),
     ("spin-1e4", CORRECTIONS[1], 0.15),
@@ -24,7 +25,7 @@ pub(super) const PROTOTYPE: [(&str, &str, f64); 6] = [
     ("spin-1e6", CORRECTIONS[2], 0.99),
 ];
 
-/// Greatest difference to the prototype that confirms it.
+/// Largest difference from the prototype that confirms it.
 const CONFIRMED: f64 = 0.005;
 
 /// All methods on all scenes.
@@ -33,11 +34,11 @@ const CONFIRMED: f64 = 0.005;
 pub struct Facts {
     /// The scenes.
     pub scenes: Vec<Scene>,
-    /// One a method and scene.
+    /// One row for each method and scene.
     pub rows: Vec<Row>,
 }
 
-/// One scene: nothing is pinned, nothing is damped.
+/// One scene. No particle is pinned, and no spring is damped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -45,7 +46,7 @@ pub struct Scene {
     pub id: String,
     /// Number of particles.
     pub particles: usize,
-    /// Stiffness over mean mass of a particle, 1/s².
+    /// Stiffness over the mean mass of a particle, 1/s².
     pub stiffness_over_mass_per_s2: f64,
     /// Angular velocity of the start, 1/s.
     pub spin_per_s: [f64; 3],
@@ -53,19 +54,20 @@ pub struct Scene {
     pub gravity_m_s2: [f64; 3],
     /// Simulated time, s.
     pub duration_s: f64,
-    /// Step size of every method but the explicit ones, s.
+    /// Step size of all methods except explicit ones, s.
     pub step_s: f64,
-    /// Bound on the largest angular frequency, 1/s, which limits the step of explicit methods.
+    /// Bound on the largest angular frequency, 1/s. It limits the step of explicit methods.
     pub greatest_frequency_per_s: f64,
     /// Total mass, kg.
     pub mass_kg: f64,
-    /// Diagonal of the box around the start, m: the length to which drifts refer.
+    /// Length to which drifts are compared, m: the diagonal of the box around the start.
     pub size_m: f64,
-    /// Greatest speed of a particle in the true motion, taken as rigid, m/s: drifts refer to it.
+    /// Speed to which drifts are compared, m/s: the greatest of a particle in the true motion, as
+    /// of a rigid body.
     pub speed_m_s: f64,
     /// Times of [`Row::spin`], s.
     pub time_s: Vec<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -75,27 +77,28 @@ pub struct Scene {
 pub struct Row {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Short name for legends: the method's id, and what sets it apart from its other rows.
+    /// Short name for legends: the method's id, and what sets this row apart from the method's
+    /// others.
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Step size, s: that of the scene, divided for explicit methods.
+    /// Step size, s: that of the scene, or a part of it for explicit methods.
     pub step_s: f64,
-    /// Angular momentum about the centre of mass over that of the start, `|L|/|L_0|`, at the times
-    /// of the scene; ends before the run becomes unstable.
+    /// Spin `|L|/|L_0|` at the times of the scene: angular momentum about the centre of mass, over
+    /// that at the start. The list ends before the run becomes unstable.
     pub spin: Vec<f64>,
-    /// Greatest `|P − P_0 − M g t|` on the way over mass and reference speed; `None` if the run was
-    /// unstable.
+    /// Greatest `|P − P_0 − M g t|` during the run, over mass and reference speed; `None` if the
+    /// run was unstable.
     pub momentum_drift: Option<f64>,
-    /// Greatest `|L − L_0|` on the way, about the centre of mass, where gravity has no torque, over
-    /// mass, size and reference speed; `None` if the run was unstable.
+    /// Greatest `|L − L_0|` during the run, over mass, size and reference speed. `L` is taken about
+    /// the centre of mass, where gravity has no torque. `None` if the run was unstable.
     pub angular_momentum_drift: Option<f64>,
     /// `|L|/|L_0|` at the end; `None` if the run was unstable.
     pub final_spin: Option<f64>,
-    /// `|L|/|L_0|` at the end by the exact law of the method, where there is one (two particles
-    /// only).
+    /// `|L|/|L_0|` at the end by the exact law of the method; `None` without a law. Laws exist for
+    /// two particles only.
     pub law: Option<f64>,
-    /// Greatest rise of the total energy above its start over the kinetic energy of the start;
+    /// Greatest rise of the total energy above its start, over the kinetic energy of the start;
     /// `None` if the run was unstable.
     pub energy_gain: Option<f64>,
     /// Whether the method states that it keeps linear momentum.
@@ -104,9 +107,9 @@ pub struct Row {
     pub states_angular_momentum: bool,
     /// `completed` or `unstable`.
     pub verdict: Verdict,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -116,14 +119,14 @@ impl Scene {
         self.gravity_m_s2 != [0.0; 3]
     }
 
-    /// Whether it is a sheet in space, where nothing but its springs acts.
+    /// Whether this is a sheet on which only its springs act.
     pub(super) fn is_spinning_sheet(&self) -> bool {
         self.particles > 2 && !self.has_gravity()
     }
 }
 
-/// The spin that the prototype leaves in this run, and whether the run confirms it; `None` where
-/// the prototype has no value or the run was unstable.
+/// The spin of the prototype for this run, and whether the run confirms it. `None` if the prototype
+/// has no value or the run was unstable.
 pub(super) fn prototype_of(row: &Row) -> Option<(f64, bool)> {
     let spin = row.final_spin?;
     let is_same =

@@ -8,7 +8,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{Axis, Look, Panel, Point, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -50,7 +50,7 @@ fn rows_of<'a>(input: &'a Input, scene: &Scene) -> impl Iterator<Item = &'a Row>
     input.facts.rows.iter().filter(move |row| row.scene == id)
 }
 
-/// A scene in a few words.
+/// A short name of a scene.
 fn name(scene: &Scene) -> String {
     let body = match scene.particles {
         2 => "two particles",
@@ -65,7 +65,7 @@ fn identity(row: &Row) -> (&str, &str) {
     (&row.method, &row.label)
 }
 
-/// One line of dots for each method, from the values of some scenes; runs without a value are
+/// One line of points for each method, with the values of some scenes. A run without a value is
 /// crossed out on the right edge.
 fn dots(
     input: &Input,
@@ -106,7 +106,7 @@ fn drift(input: &Input) -> Option<Sheet> {
     dots(input, &scenes, |row| row.momentum_drift, axis)
 }
 
-/// A family whose curves all stay this near to 1 has no panel.
+/// A family has no panel if all its curves stay this near to 1.
 const STEADY: f64 = 0.05;
 
 fn spin(input: &Input) -> Option<Sheet> {
@@ -118,7 +118,7 @@ fn spin(input: &Input) -> Option<Sheet> {
     let (mut panels, mut steady) = (Vec::new(), Vec::new());
     for family in families(rows().map(identity)) {
         let is_its = |row: &&Row| family.members.iter().any(|(label, _)| *label == row.label);
-        // A run that ended early shows where it did.
+        // A run that ended early is drawn, so that the figure shows where it ended.
         let is_whole = scenes.iter().all(|scene| {
             let mut own = rows_of(input, scene).filter(is_its);
             own.all(|row| row.spin.len() == scene.time_s.len())
@@ -186,7 +186,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![left, drifts, gains(input), prototype(input), laws, steps(input)]
 }
 
-/// How much the spin of a label changes, the most of all scenes; without bound where a run failed.
+/// Greatest change of the spin of a label, over all scenes; infinite if a run failed.
 fn change(input: &Input, label: &str) -> f64 {
     let rows = input.facts.rows.iter().filter(|row| row.label == label);
     let change = |row: &Row| row.final_spin.map_or(f64::INFINITY, |spin| libm::fabs(spin - 1.0));
@@ -199,7 +199,7 @@ fn scene_of(input: &Input, row: &Row) -> String {
     scene.map_or_else(|| row.scene.clone(), name)
 }
 
-/// Runs that gain energy, the greatest gain first.
+/// The table of runs that gain energy, greatest gain first.
 fn gains(input: &Input) -> Table {
     let rows = input.facts.rows.iter();
     let mut rows: Vec<_> = rows
@@ -224,7 +224,7 @@ fn gains(input: &Input) -> Table {
     }
 }
 
-/// Desbrun's correction beside an independent prototype.
+/// The table of Desbrun's correction against an independent prototype.
 fn prototype(input: &Input) -> Table {
     let line = |row: &Row| {
         let (expected, is_confirmed) = prototype_of(row)?;
@@ -246,7 +246,7 @@ fn prototype(input: &Input) -> Table {
     }
 }
 
-/// A line for each label, a column for each scene.
+/// A table with a row for each label and a column for each scene.
 fn table(input: &Input, scenes: &[&Scene], title: &str, cell: impl Fn(&Row) -> String) -> Table {
     let mut header = texts(&["method"]);
     header.extend(scenes.iter().map(|scene| name(scene)));
@@ -266,7 +266,7 @@ fn table(input: &Input, scenes: &[&Scene], title: &str, cell: impl Fn(&Row) -> S
     }
 }
 
-/// Step sizes on the scenes.
+/// The table of step sizes.
 fn steps(input: &Input) -> Table {
     let line = |scene: &Scene| {
         let shorter = rows_of(input, scene).map(|row| row.step_s).filter(|h| *h < scene.step_s);

@@ -19,19 +19,19 @@ const SIDE: u32 = 20;
 /// Angular velocity of the start, 1/s.
 const SPIN: f64 = 2.0;
 const DURATION: f64 = 1.0;
-/// Step size of all but the explicit methods, s.
+/// Step size of all methods except explicit ones, s.
 const STEP: f64 = 0.01;
-/// Steps of that size from one sample to the next.
+/// Number of steps of [`STEP`] between samples.
 const STRIDE: u64 = 10;
-/// Explicit methods run with `h ω_max` at most this, far below their limits, so that even those
-/// that are only weakly unstable last.
+/// Largest `h ω_max` of explicit methods. It is so far below their limits that even weakly unstable
+/// methods complete the run.
 const EXPLICIT: f64 = 0.1;
-/// A falling sheet is so much heavier on one side and lighter on the other.
+/// Share by which one side of a falling sheet is heavier and the other lighter.
 const UNEVEN: f64 = 0.5;
-/// A run that gains more than so many times the energy of the spin is unstable.
+/// A run is unstable if it gains more than this many times the energy of the spin.
 const GAINED: f64 = 1.0;
 
-/// What moves.
+/// The moving body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Body {
     /// A sheet that turns over and over, about an axis in its plane.
@@ -42,13 +42,13 @@ enum Body {
     Pair,
 }
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     id: &'static str,
     body: Body,
     stiffness: f64,
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     is_quick: bool,
 }
 
@@ -106,7 +106,7 @@ impl Case {
         if self.body == Body::Spinning { Vec3::x() } else { Vec3::z() }
     }
 
-    /// With its spin.
+    /// The system at its start, with its spin.
     fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let is_pair = self.body == Body::Pair;
         let mut spec = if is_pair { pair(self.stiffness) } else { self.sheet().spec()? };
@@ -161,7 +161,7 @@ impl Setting {
         Ok(Self { case: *case, simulation: Simulation { system, state }, hash, scene })
     }
 
-    /// Number of steps to each of [`STEP`] seconds.
+    /// Number of steps into which a method divides [`STEP`].
     fn division(&self, method: &Method) -> u64 {
         if !is_explicit(method) {
             return 1;
@@ -209,7 +209,7 @@ impl Setting {
     }
 }
 
-/// Watches the momenta of a run.
+/// Records the momenta of a run.
 struct Watch<'a> {
     scene: &'a Scene,
     gravity: Vec3,
@@ -219,11 +219,11 @@ struct Watch<'a> {
     kinetic_energy: f64,
     momentum_drift: f64,
     angular_momentum_drift: f64,
-    /// Over the kinetic energy of the start.
+    /// Greatest rise of the energy, over the kinetic energy of the start.
     energy_gain: f64,
     spin: Vec<f64>,
-    /// The law of the method with its `θ`, the length of the spring after the last step, m, and the
-    /// product of the factors so far.
+    /// The law of the method with its `θ`. The fields below are the length of the spring after the
+    /// last step, m, and the product of the law's factors so far.
     law: Option<(SpinLaw, f64)>,
     length: f64,
     law_product: f64,
@@ -255,7 +255,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Multiplies by the law's factor of the step that led to `state`.
+    /// Multiplies the product by the law's factor for the step that led to `state`.
     fn follow(&mut self, state: &State) {
         if let Some((law, theta)) = self.law {
             let after = length(state);
@@ -264,7 +264,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Takes the momenta.
+    /// Records the momenta and the energy after a step.
     fn look(&mut self, system: &System, state: &State, is_sample: bool) {
         let Scene { mass_kg, size_m, speed_m_s, .. } = *self.scene;
         let spin = spin_of(system, state);
@@ -275,7 +275,7 @@ impl<'a> Watch<'a> {
         self.angular_momentum_drift =
             self.angular_momentum_drift.max(drift / (mass_kg * size_m * speed_m_s));
         let gain = (system.total_energy(state) - self.energy) / self.kinetic_energy;
-        // A gain that is no number is one beyond all bounds.
+        // A gain that is not a number counts as infinite.
         self.energy_gain = if gain.is_nan() { f64::INFINITY } else { self.energy_gain.max(gain) };
         if is_sample && self.energy_gain <= GAINED {
             self.spin.push(spin.norm() / self.angular_momentum.norm());
@@ -297,7 +297,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// Every method in its forms, or at its defaults.
+/// Every method in its forms or at its defaults, with the quantities that it keeps.
 fn forms() -> Vec<(Variant, Keeps)> {
     let as_stated = |form| (form, Keeps::AsStated);
     methods::runs()
@@ -305,7 +305,7 @@ fn forms() -> Vec<(Variant, Keeps)> {
         .collect()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     CASES.map(|case| Start::new(case.id, move || case.spec())).into()
 }
@@ -324,13 +324,13 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
     let rows = facts.rows.iter().map(|row| {
-        // An unstable run magnifies round-off: its way is the same everywhere only where the
-        // round-off is.
+        // An unstable run magnifies round-off. Its values are comparable only if its round-off is
+        // the same everywhere.
         let is_comparable = row.portable || row.verdict != Verdict::Unstable;
         let spin = if is_comparable { row.spin.clone() } else { Vec::new() };
         let row = Row { spin, ..row.clone() };

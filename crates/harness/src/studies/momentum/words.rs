@@ -1,4 +1,4 @@
-//! The words of the study `momentum`.
+//! The words of the study `momentum`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::number::{percent, power, significant, trimmed};
@@ -10,12 +10,12 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order"];
 
-/// A run that keeps less of the spin has lost it.
+/// A run has lost its spin if it keeps less than this share.
 const LOST: f64 = 0.01;
-/// Greatest difference to an exact law that round-off and a tight solve may make.
+/// Largest difference from an exact law that round-off and a tight solve may cause.
 const LAWFUL: f64 = 1e-8;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let mut conclusion: Vec<_> = [stated(facts), spin(facts)].into_iter().flatten().collect();
     if conclusion.is_empty() {
@@ -35,14 +35,14 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// Whether a row's method states that it keeps something, and how much that drifts.
+/// Whether a row's method states that it keeps a quantity, and the drift of that quantity.
 type Pick = fn(&Row) -> (bool, Option<f64>);
 
 const LINEAR: Pick = |row| (row.states_momentum, row.momentum_drift);
 const ANGULAR: Pick = |row| (row.states_angular_momentum, row.angular_momentum_drift);
 
-/// The labels of the variants whose methods do or do not state that they keep something, each with
-/// its greatest drift and the scene where it is.
+/// The labels of the variants that state that they keep a quantity, or do not (`stating`). Each has
+/// its greatest drift and the scene of that drift.
 fn drifts(facts: &Facts, pick: Pick, stating: bool) -> Vec<(&str, f64, &str)> {
     let mut worst: Vec<(&str, f64, &str)> = Vec::new();
     for row in &facts.rows {
@@ -60,7 +60,7 @@ fn drifts(facts: &Facts, pick: Pick, stating: bool) -> Vec<(&str, f64, &str)> {
     worst
 }
 
-/// Whether methods keep what they state.
+/// Whether methods keep the quantities that they state.
 fn stated(facts: &Facts) -> Option<String> {
     let mut stated = drifts(facts, LINEAR, true);
     stated.extend(drifts(facts, ANGULAR, true));
@@ -83,7 +83,7 @@ fn stated(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How many keep the spin of the stiffest spinning sheet, and how many lose it.
+/// How many methods keep the spin of the stiffest spinning sheet, and how many lose it.
 fn spin(facts: &Facts) -> Option<String> {
     let scenes = facts.scenes.iter().filter(|scene| scene.is_spinning_sheet());
     let scene = scenes
@@ -105,7 +105,7 @@ fn spin(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What drifts where nothing is stated.
+/// The drift of methods that do not state to keep linear momentum.
 fn unstated(facts: &Facts) -> Option<String> {
     let drifts = drifts(facts, LINEAR, false);
     let moved = drifts.iter().filter(|(_, drift, _)| *drift > KEPT).count();
@@ -118,7 +118,7 @@ fn unstated(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// What Desbrun's correction of torques leaves of the spin.
+/// The spin that Desbrun's correction of torques keeps.
 fn correction(facts: &Facts) -> Option<String> {
     let spin = |label: &str| {
         let sheets = facts.scenes.iter().filter(|scene| scene.is_spinning_sheet());
@@ -136,7 +136,7 @@ fn correction(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// How often spin comes with energy.
+/// How many stable runs gain energy, and the largest gain.
 fn gains(facts: &Facts) -> Option<String> {
     let stable = facts.rows.iter().filter_map(|row| row.energy_gain);
     let all = stable.clone().count();
@@ -151,7 +151,7 @@ fn gains(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// The pair beside the exact laws.
+/// Agreement of the pair with the exact laws.
 fn laws(facts: &Facts) -> Option<String> {
     let rows = facts.rows.iter();
     let differences: Vec<f64> =
@@ -176,7 +176,7 @@ fn unstable(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Desbrun's correction beside an independent prototype.
+/// Agreement of Desbrun's correction with an independent prototype.
 fn prototype(facts: &Facts) -> Option<String> {
     let compared: Vec<_> = facts.rows.iter().filter_map(prototype_of).collect();
     let confirmed = compared.iter().filter(|(_, is_confirmed)| *is_confirmed).count();
@@ -189,7 +189,7 @@ fn prototype(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Runs that do not compare at the same step.
+/// Number of variants with a shorter step than the others.
 fn shorter(facts: &Facts) -> Option<String> {
     let is_shorter = |row: &&Row| {
         facts.scenes.iter().any(|scene| scene.id == row.scene && row.step_s < scene.step_s)

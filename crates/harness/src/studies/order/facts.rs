@@ -4,10 +4,10 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Greatest accepted distance of the observed order from theory.
+/// Largest accepted difference of the observed order from theory.
 pub(super) const ACCEPTED: f64 = 0.15;
 
-/// A method that is off by so much of the motion at its finest step does not follow it.
+/// A method has lost the motion if its error at the finest step is at least this.
 const LOST: f64 = 0.5;
 
 /// All methods on all scenes.
@@ -16,7 +16,7 @@ const LOST: f64 = 0.5;
 pub struct Facts {
     /// The scenes, with the error of their reference solutions.
     pub scenes: Vec<Scene>,
-    /// One a method and scene.
+    /// One row for each method and scene.
     pub rows: Vec<Row>,
 }
 
@@ -26,7 +26,7 @@ pub struct Facts {
 pub struct Scene {
     /// Key: `smooth`, `smooth-projected`, `stiff-1e4` or `stiff-1e6`.
     pub id: String,
-    /// Whether the steps resolve every oscillation (`h ω_max < 0.5`), so that theory holds.
+    /// Whether the steps resolve every oscillation (`h ω_max < 0.5`). Theory holds only then.
     pub resolved: bool,
     /// Stiffness over mass of the tension springs, 1/s².
     pub stiffness_over_mass_per_s2: f64,
@@ -36,12 +36,12 @@ pub struct Scene {
     pub damping: String,
     /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s.
     pub greatest_frequency_per_s: f64,
-    /// Simulated time after which the error is taken, s.
+    /// Simulated time, s. Errors are taken at its end.
     pub span_s: f64,
-    /// Largest distance of a particle from its place in a reference with ten times the tolerance,
-    /// m.
+    /// Greatest distance of a particle from its position in a reference with ten times the
+    /// tolerance, m.
     pub reference_error_m: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -51,26 +51,27 @@ pub struct Scene {
 pub struct Row {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Short name for legends: the method's id, and what sets it apart from its other rows.
+    /// Short name for legends: the method's id, and what sets this row apart from the method's
+    /// others.
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Order that theory gives; `None` for a method that claims none.
+    /// Order of convergence in theory; `None` for a method that claims none.
     pub theory: Option<u32>,
-    /// Observed order: slope of `log e` over `log h` by least squares over [`Row::fitted`] runs;
-    /// `None` where fewer than three can be used.
+    /// Observed order: the slope of `log e` over `log h` by least squares over [`Row::fitted`]
+    /// runs. `None` if fewer than three runs can be used.
     pub order: Option<f64>,
-    /// Number of runs in the fit: from the finest step up to the first that diverged.
+    /// Number of runs in the fit: from the finest step up to the first run that diverged.
     pub fitted: usize,
-    /// Whether `|order − theory| < 0.15` over all runs; `None` where the scene is not resolved or
-    /// the method claims no order.
+    /// Whether `|order − theory| < 0.15` over all runs. `None` if the scene is not resolved or the
+    /// method claims no order.
     pub accepted: Option<bool>,
-    /// `C = e/h^p` at the finest step, 1/s^p, for the order `p` of theory; `None` where another
-    /// order was observed.
+    /// `C = e/h^p` at the finest step, 1/s^p, for the order `p` of theory. `None` if another order
+    /// was observed.
     pub error_constant: Option<f64>,
-    /// One a step size, from the coarsest.
+    /// One run for each step size, coarsest first.
     pub runs: Vec<Run>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -80,25 +81,25 @@ pub struct Row {
 pub struct Run {
     /// Step size, s.
     pub step_s: f64,
-    /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` for a run that diverged.
+    /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` if the run diverged.
     pub error: Option<f64>,
-    /// `completed`, or `diverged`: the state is not finite, has left the scene, or is farther from
-    /// the reference than that is from the start (error of 1 or more).
+    /// `completed` or `diverged`. A run has diverged if its state is not finite, has left the
+    /// scene, or has an error of 1 or more.
     pub verdict: Verdict,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
 }
 
-/// What is left of the order of a row.
+/// How a row's observed order compares with theory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Outcome {
-    /// The order of theory is observed.
+    /// The observed order is that of theory.
     Kept,
     /// Another order is observed.
     Reduced,
-    /// An order is observed where none is claimed.
+    /// An order is observed, but the method claims none.
     Unclaimed,
-    /// Off by half the motion or more at the finest step.
+    /// The error at the finest step is half of the motion or more.
     Lost,
     /// Too few runs for an order.
     Few,
@@ -107,11 +108,11 @@ pub(super) enum Outcome {
 }
 
 impl Outcome {
-    /// All outcomes, the best first.
+    /// All outcomes, best first.
     pub(super) const ALL: [Self; 6] =
         [Self::Kept, Self::Reduced, Self::Unclaimed, Self::Lost, Self::Few, Self::Diverged];
 
-    /// In words.
+    /// The outcome in words.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Kept => "with the order of theory",
@@ -129,7 +130,7 @@ pub(super) fn finest_error(row: &Row) -> Option<f64> {
     row.runs.last().and_then(|run| run.error)
 }
 
-/// What is left of the order of a row.
+/// The outcome of a row.
 pub(super) fn outcome(row: &Row) -> Outcome {
     match (finest_error(row), row.order) {
         (None, _) => Outcome::Diverged,

@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -42,9 +42,9 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// The look of the order that theory gives.
+/// The look of the theoretical order.
 const THEORY: Look = Look::pair(4, 5);
-/// Range of the axis of orders; what has none lies at its left end.
+/// Range of the axis of orders. A row without an order is drawn at the left end.
 const ORDERS: [f64; 2] = [-0.8, 3.1];
 
 fn rows_of<'a>(input: &'a Input, scene: &Scene) -> impl Iterator<Item = &'a Row> + Clone {
@@ -52,7 +52,7 @@ fn rows_of<'a>(input: &'a Input, scene: &Scene) -> impl Iterator<Item = &'a Row>
     input.facts.rows.iter().filter(move |row| row.scene == id)
 }
 
-/// A scene in a few words.
+/// A short name of a scene.
 fn name(scene: &Scene) -> String {
     let stiffness = power(scene.stiffness_over_mass_per_s2);
     let kind = if scene.resolved { "smooth" } else { "stiff" };
@@ -99,7 +99,7 @@ fn stiff(input: &Input) -> Option<Sheet> {
     errors(input, &scenes)
 }
 
-/// A row of panels for each family, a panel for each scene, all with the same axes.
+/// A row of panels for each family of methods, and a panel for each scene. All have the same axes.
 fn errors(input: &Input, scenes: &[&Scene]) -> Option<Sheet> {
     let rows = || scenes.iter().flat_map(|scene| rows_of(input, scene));
     let runs = || rows().flat_map(|row| &row.runs);
@@ -148,7 +148,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     [orders(input), stiffness(input), constants(input)].into_iter().chain(errors).collect()
 }
 
-/// Observed order, and constant where it is that of theory.
+/// The observed order, with the error constant if the order is that of theory.
 fn order(row: &Row) -> String {
     let sign = if row.accepted == Some(false) { " ✗" } else { "" };
     let constant =
@@ -180,7 +180,7 @@ fn orders(input: &Input) -> Table {
     }
 }
 
-/// What is left of the order on stiff springs: scene by scene, the best outcome and the least error
+/// The table of orders on stiff springs, scene by scene. The best outcome and the least error come
 /// first.
 fn stiffness(input: &Input) -> Table {
     let mut lines = Vec::new();
@@ -219,7 +219,7 @@ fn stiffness(input: &Input) -> Table {
     }
 }
 
-/// Error constants on the first smooth scene, the least of each order first.
+/// The table of error constants on the first smooth scene, sorted by order and size.
 fn constants(input: &Input) -> Table {
     let scene = input.facts.scenes.iter().find(|scene| scene.resolved);
     let rows = scene.into_iter().flat_map(|scene| rows_of(input, scene));

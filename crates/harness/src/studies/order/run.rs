@@ -19,27 +19,27 @@ use drape_report::Verdict;
 const SIDE: u32 = 6;
 /// Damping over mass of the tension springs, 1/s.
 const DAMPING: f64 = 2.0;
-/// Greatest displacement of the start out of the plane in which springs across are without force,
-/// m.
+/// Greatest displacement of a particle out of the plane at the start, m. In a flat sheet no spring
+/// exerts a force across the plane.
 const AMPLITUDE: f64 = 0.02;
-/// Simulated time after which the error is taken, s.
+/// Simulated time, s. Errors are taken at its end.
 const SPAN: f64 = 0.25;
-/// Each step size is half the one before.
+/// Number of step sizes. Each is half of the one before.
 const SIZES: u32 = 4;
-/// An error as large as the motion counts as diverged: it says nothing about an order.
+/// An error of at least this counts as diverged: it contains nothing about an order.
 const BEYOND: f64 = 1.0;
-/// Fewest runs that make an order.
+/// Least number of runs for an order.
 const FEWEST: usize = 3;
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     id: &'static str,
     stiffness: f64,
     law: DampingLaw,
-    /// Number of the coarsest steps.
+    /// Number of steps of the coarsest run.
     steps: u32,
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     is_quick: bool,
 }
 
@@ -60,7 +60,7 @@ const CASES: [Case; 4] = [
     case("stiff-1e6", 1e6, DampingLaw::Full, 25, false),
 ];
 
-/// A scene with its exact solution.
+/// A scene with its reference solution.
 struct Setting {
     case: Case,
     simulation: Simulation,
@@ -149,31 +149,32 @@ impl Setting {
             accepted: theory.filter(|_| self.scene.resolved).map(|_| complete && observed.agrees),
             error_constant: observed.error_constant,
             runs,
-            // The reference passes through a library.
+            // The reference calls a library's functions.
             portable: false,
         })
     }
 }
 
-/// The order that theory gives for a variant of a method that states `order`.
+/// The order in theory of a variant, if its method states `order`.
 fn theory(label: &str, order: Order) -> Option<u32> {
     let exception = crate::theory::form_of(label).and_then(|form| form.order);
     exception.unwrap_or(Some(order.number()))
 }
 
-/// What the errors at several step sizes say.
+/// Result of the errors at several step sizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Observed {
     order: Option<f64>,
-    /// Number of runs behind it.
+    /// Number of runs in the fit.
     fitted: usize,
-    /// Whether it is the one that theory gives.
+    /// Whether the order is that of theory.
     agrees: bool,
     error_constant: Option<f64>,
 }
 
 impl Observed {
-    /// From the finest run up to the first that diverged. `runs` have falling steps.
+    /// Fits the runs from the finest up to the first that diverged. `runs` have descending step
+    /// sizes.
     fn of(runs: &[Run], theory: Option<u32>) -> Self {
         let sample = |run: &Run| run.error.map(|error| Sample { step: run.step_s, error });
         let mut samples: Vec<_> = runs.iter().rev().map_while(sample).collect();
@@ -205,7 +206,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     CASES.map(|case| Start::new(case.id, move || case.spec())).into()
 }
@@ -227,7 +228,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));

@@ -1,4 +1,4 @@
-//! The words of the study `order`.
+//! The words of the study `order`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::Words;
@@ -10,10 +10,10 @@ pub(super) const QUESTION: &str = "Does the error of every method fall with its 
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
-/// A sentence names at most so many variants.
+/// Largest number of variants that a sentence names.
 const FEW: usize = 3;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let mut conclusion: Vec<_> = [acceptance(facts), stiff(facts)].into_iter().flatten().collect();
     if conclusion.is_empty() {
@@ -32,7 +32,7 @@ fn unresolved(facts: &Facts) -> impl Iterator<Item = &Scene> {
     facts.scenes.iter().filter(|scene| !scene.resolved)
 }
 
-/// Whether the variants that claim an order show it where theory holds.
+/// How many variants show the order that they claim where theory holds.
 fn acceptance(facts: &Facts) -> Option<String> {
     let claiming: Vec<_> = facts.rows.iter().filter(|row| row.accepted.is_some()).collect();
     let failing = claiming.iter().filter(|row| row.accepted == Some(false));
@@ -54,13 +54,13 @@ fn acceptance(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How many of the variants that claim an order show it on a scene.
+/// Number of variants on a scene that show the order that they claim, and number that claim one.
 fn kept(facts: &Facts, scene: &Scene) -> (usize, usize) {
     let claiming = rows(facts, scene).filter(|row| row.theory.is_some());
     (claiming.clone().filter(|row| outcome(row) == Outcome::Kept).count(), claiming.count())
 }
 
-/// What is left of the order on stiff springs.
+/// The variants that keep their order on stiff springs.
 fn stiff(facts: &Facts) -> Option<String> {
     let line = |scene: &Scene| {
         let (kept, all) = kept(facts, scene);
@@ -72,7 +72,7 @@ fn stiff(facts: &Facts) -> Option<String> {
         .then(|| format!("On stiff springs these still show it: {}.", lines.join(", ")))
 }
 
-/// What becomes of all variants on a stiff scene.
+/// Numbers of the outcomes of all variants on a stiff scene.
 fn outcomes(facts: &Facts, scene: &Scene) -> Option<String> {
     let parts: Vec<_> = Outcome::ALL
         .into_iter()
@@ -91,7 +91,7 @@ fn outcomes(facts: &Facts, scene: &Scene) -> Option<String> {
     ))
 }
 
-/// What variants do that claim no order.
+/// The error of variants that claim no order.
 fn unclaimed(facts: &Facts) -> Option<String> {
     let resolved = facts.scenes.iter().filter(|scene| scene.resolved);
     let rows = resolved.flat_map(|scene| rows(facts, scene)).filter(|row| row.theory.is_none());
@@ -105,7 +105,7 @@ fn unclaimed(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// How far the constants of one order are apart.
+/// The range of the error constants of one order.
 fn constants(facts: &Facts) -> Option<String> {
     let scene = facts.scenes.iter().find(|scene| scene.resolved)?;
     let spread = |theory: u32| {

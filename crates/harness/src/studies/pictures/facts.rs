@@ -1,9 +1,9 @@
-//! Records of the experiment `pictures`: positions to be drawn.
+//! Records of the experiment `pictures`: positions to draw.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Step of the sheets that all methods move, s.
+/// Step of the sheets that are run with all methods, s.
 pub(super) const STEP: f64 = 0.01;
 
 /// [`Shot::label`] of the reference.
@@ -20,7 +20,7 @@ pub const METHODS: &str = "methods";
 pub struct Facts {
     /// The scenes.
     pub scenes: Vec<Scene>,
-    /// The pictures: of a run one after the other, run by run.
+    /// The pictures, run by run and in the order of time.
     pub shots: Vec<Shot>,
 }
 
@@ -28,17 +28,17 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Its name, that of a bundled scene.
+    /// Name of the bundled scene.
     pub id: String,
-    /// Rows of particles.
+    /// Number of rows of particles.
     pub rows: u32,
-    /// Particles a row.
+    /// Number of particles in a row.
     pub columns: u32,
     /// Stiffness over mass of the tension springs, 1/s².
     pub stiffness_over_mass_per_s2: f64,
-    /// The table, where there is one.
+    /// The table, if there is one.
     pub table: Option<Table>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -52,7 +52,7 @@ pub struct Table {
     pub size_m: [f64; 3],
 }
 
-/// A moment of a run.
+/// One moment of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shot {
@@ -60,7 +60,7 @@ pub struct Shot {
     pub series: String,
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// The text beside the pictures of this run.
+    /// The text beside the pictures of the run.
     pub label: String,
     /// Method id with all settings.
     pub method: String,
@@ -68,29 +68,29 @@ pub struct Shot {
     pub step_s: f64,
     /// Time, s.
     pub time_s: f64,
-    /// When the run diverged, s; there is no picture from then on.
+    /// Time at which the run diverged, s. There is no picture from then on.
     pub diverged_at_s: Option<f64>,
-    /// Positions to be drawn, outside of obstacles, rounded to 1e-5 m: three a particle, row by
-    /// row. Empty where there is no picture.
+    /// Positions to draw, outside of obstacles, rounded to 1e-5 m: three coordinates a particle,
+    /// row by row. Empty without a picture.
     pub position_m: Vec<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// How far a sheet has come down on average, m; it starts at height 0.
+/// Mean fall of a sheet, m, from its start at height 0; `None` without a picture.
 pub(super) fn fall(shot: &Shot) -> Option<f64> {
     let heights = shot.position_m.iter().skip(2).step_by(3);
     let count = heights.clone().count();
     (count > 0).then(|| -heights.sum::<f64>() / count as f64)
 }
 
-/// The picture of the reference at a time.
+/// The picture of the reference at a time (s).
 pub(super) fn reference_at(facts: &Facts, time_s: f64) -> Option<&Shot> {
     let mut shots = facts.shots.iter().filter(|shot| shot.series == METHODS);
     shots.find(|shot| shot.label == REFERENCE && shot.time_s == time_s)
 }
 
-/// The fall of a sheet over that of the reference; `None` for a run that has diverged.
+/// The fall of a sheet over that of the reference at the same time; `None` if the run has diverged.
 pub(super) fn fall_share(facts: &Facts, shot: &Shot) -> Option<f64> {
     Some(fall(shot)? / fall(reference_at(facts, shot.time_s)?)?)
 }

@@ -1,4 +1,4 @@
-//! Experiment `pictures`: what the cloth looks like, EEH figure 4.
+//! Experiment `pictures`: pictures of the cloth (EEH figure 4).
 
 pub mod facts;
 pub(crate) mod plates;

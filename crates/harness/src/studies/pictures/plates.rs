@@ -7,7 +7,7 @@ use drape_report::number::{significant, wrap};
 use drape_report::page::{Table, absent};
 use drape_report::plate::{Draw, Picture, Plate};
 
-/// What the pictures are drawn from.
+/// The input of the pictures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[
@@ -33,22 +33,22 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// Size of a picture of the paper's, and the space between two, pixels.
+/// Size of one of the paper's pictures, and the space between two, pixels.
 const LARGE: [u32; 2] = [620, 500];
 const GAP: u32 = 8;
 /// Size of a picture of a method, pixels.
 const SMALL: [u32; 2] = [150, 132];
-/// Rows of methods stand beside each other in so many blocks.
+/// Number of blocks beside each other into which the rows of methods are divided.
 const BLOCKS: usize = 2;
 const PAPER_VIEW: View = View { azimuth_deg: -62.0, elevation_deg: 24.0 };
-/// Pictures of methods look along the fall of the sheet, so that it passes nothing.
+/// The view of the methods' pictures. It looks along the fall, so that the sheet passes no other.
 const METHODS_VIEW: View = View { azimuth_deg: 28.0, elevation_deg: 14.0 };
 
 fn png(image: Image) -> Picture {
     image.png().map_err(Into::into)
 }
 
-/// Positions of a shot, m; `None` where there is no picture or it does not fit its scene.
+/// Positions of a shot, m; `None` if it has no picture or does not fit its scene.
 fn positions(shot: &Shot, scene: &Scene) -> Option<Vec<Vec3>> {
     let count = scene.rows as usize * scene.columns as usize;
     let x: Vec<Vec3> =
@@ -72,7 +72,7 @@ fn aspect(size: [u32; 2]) -> f64 {
     f64::from(size[0]) / f64::from(size[1])
 }
 
-/// The paper's pictures, two by two.
+/// The paper's pictures in two columns.
 fn paper(facts: &Facts) -> Option<Image> {
     let shots: Vec<&Shot> = facts.shots.iter().filter(|shot| shot.series == PAPER).collect();
     let mut images = Vec::new();
@@ -80,7 +80,7 @@ fn paper(facts: &Facts) -> Option<Image> {
         let scene = scene_of(facts, shot)?;
         let x = positions(shot, scene)?;
         let subject = subject(scene, &x);
-        // One camera for all pictures of a scene.
+        // All pictures of a scene have the same camera.
         let same = shots.iter().filter(|other| other.scene == shot.scene);
         let seen: Vec<Vec3> = same
             .filter_map(|other| Some(subject.points(&positions(other, scene)?)))
@@ -88,7 +88,7 @@ fn paper(facts: &Facts) -> Option<Image> {
             .collect();
         let camera = Camera::fit(PAPER_VIEW, &seen, aspect(LARGE));
         let mut image = draw(&subject, &x, &camera, LARGE);
-        // A quick record has one picture only.
+        // A quick record has only one picture.
         let letter = if shots.len() > 1 { format!("({letter}) ") } else { String::new() };
         let label = format!("{letter}{}, t = {} s", shot.label, shot.time_s);
         image.write(&label, 14, LARGE[1] - Font::Medium.height() - 10, Font::Medium, Colour::INK);
@@ -113,7 +113,7 @@ fn methods(facts: &Facts) -> Option<Image> {
     let scene = scene_of(facts, shots.first()?)?;
     let mut labels: Vec<&str> = shots.iter().map(|shot| shot.label.as_str()).collect();
     labels.dedup();
-    // A method without a picture gets a name below and no row.
+    // A method without a picture has no row; its name is written below.
     let has_picture = |label: &str| {
         shots.iter().any(|shot| shot.label == label && positions(shot, scene).is_some())
     };
@@ -122,7 +122,7 @@ fn methods(facts: &Facts) -> Option<Image> {
     let mut times: Vec<f64> = shots.iter().map(|shot| shot.time_s).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    // What the first row shows, the reference, sets the camera, and the sheet as it was released.
+    // The camera fits the first row, i.e. the reference, and the sheet at its release.
     let first: Vec<Vec3> = shots
         .iter()
         .filter(|shot| labels.first().is_some_and(|label| shot.label == *label))
@@ -178,7 +178,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![falls(&input.facts), shots(&input.facts)]
 }
 
-/// How far each method brings the sheet down, the farthest at the first time first.
+/// The table of falls. The method that has fallen farthest at the first time comes first.
 fn falls(facts: &Facts) -> Table {
     let shots = || facts.shots.iter().filter(|s| s.series == METHODS && s.label != REFERENCE);
     let mut labels: Vec<&str> = shots().map(|shot| shot.label.as_str()).collect();
@@ -214,7 +214,7 @@ fn falls(facts: &Facts) -> Table {
     }
 }
 
-/// When each run was looked at, and whether it lasted so long.
+/// The table of the times of each run's pictures, and of runs that ended before.
 fn shots(facts: &Facts) -> Table {
     let row = |shot: &Shot| {
         let state = match shot.diverged_at_s {

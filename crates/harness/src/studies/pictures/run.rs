@@ -1,4 +1,4 @@
-//! Experiment `pictures`: what the cloth looks like, EEH figure 4.
+//! Experiment `pictures`: pictures of the cloth (EEH figure 4).
 
 use crate::facts::{Fact, fact};
 use crate::methods::{self, Choice};
@@ -13,16 +13,16 @@ use std::collections::BTreeMap;
 const TABLE: &str = "square-table-2704-1e6";
 const HANGING: &str = "hanging-textile-sheared-1e4";
 const STIFF: &str = "hanging-textile-1e6";
-/// Stiffness over mass, 1/s², and damping over mass, 1/s, that the table cloth gets besides: with
-/// springs along warp and weft alone its corners would close up to strips.
+/// Stiffness over mass, 1/s², and damping over mass, 1/s, of the shear springs that the tablecloth
+/// gets. With springs along warp and weft alone, its corners would collapse into strips.
 const SHEAR: [f64; 2] = [1e4, 4.0];
 const BENDING: [f64; 2] = [2e3, 1.0];
-/// Steps of leapfrog, well below its limit, by which pictures show what the equations say.
+/// Step of leapfrog for pictures of the true motion, s: well below its limit.
 const FINE: f64 = 2e-4;
 const FINE_METHOD: &str = "leapfrog";
-/// Positions are recorded to so many parts of a metre.
+/// Positions are rounded to this fraction of a metre.
 const PARTS: f64 = 1e5;
-/// Seconds by which a step may end too early: round-off of a sum of steps.
+/// Time by which the sum of the steps may fall short of a picture's time by round-off, s.
 const EARLY: f64 = 1e-9;
 
 /// A run whose pictures are taken at some times, s.
@@ -66,7 +66,7 @@ fn cases(is_quick: bool) -> Vec<Case> {
     cases
 }
 
-/// The scene that is drawn.
+/// The scene that is drawn, by the name of its bundled scene.
 fn stage(name: &str) -> Result<drape_model::Scene, HarnessError> {
     let mut scene = bundled(name)?;
     if name == TABLE {
@@ -81,7 +81,7 @@ fn stage(name: &str) -> Result<drape_model::Scene, HarnessError> {
     Ok(scene)
 }
 
-/// A scene for the record, with its hash.
+/// The record of a scene, with the scene's hash.
 fn scene(name: &str) -> Result<(Scene, String), HarnessError> {
     let scene = stage(name)?;
     let (spec, _) = build(&scene)?;
@@ -106,11 +106,11 @@ fn scene(name: &str) -> Result<(Scene, String), HarnessError> {
     Ok((record, system_hash(&spec)))
 }
 
-/// Positions to be drawn, rounded.
+/// Positions to draw, rounded.
 fn rounded(system: &System, state: &State) -> Vec<f64> {
     let shown = system.display_positions(&state.x, state.t);
     let coordinates = shown.iter().flat_map(|x| [x.x, x.y, x.z]);
-    // Adding 0 makes a positive zero of a negative one.
+    // Adding 0 turns a negative zero into a positive one.
     coordinates.map(|c| (c * PARTS).round() / PARTS + 0.0).collect()
 }
 
@@ -163,7 +163,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |name: &'static str| Start::new(name, move || Ok(stage(name)?.discretise()?));
     [TABLE, HANGING, STIFF].map(start).into()
@@ -182,14 +182,14 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// What is compared of a run that is not the same everywhere: round-off may move a rounded
-/// position.
+/// The part of a run that is compared if its bits depend on the machine. Round-off may change a
+/// rounded position.
 #[derive(serde::Serialize)]
 struct Verdict {
     has_diverged: bool,
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { scenes, shots } = facts;
     let scenes = scenes.iter();

@@ -1,4 +1,4 @@
-//! The words of the study `pictures`.
+//! The words of the study `pictures`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::Words;
@@ -10,14 +10,14 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
-/// A sheet that has come down by this share of the true fall is on time.
+/// Share of the true fall from which on a sheet falls in time.
 const ON_TIME: f64 = 0.9;
-/// A sheet that has come down by less than this share hangs in the air.
+/// Share of the true fall below which a sheet hangs in the air.
 const HANGING: f64 = 0.5;
-/// A sentence names at most so many methods.
+/// Largest number of methods that a sentence names.
 const FEW: usize = 5;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [diverged(facts), fallen(facts)];
     let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -37,7 +37,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// The pictures of the methods, without the reference.
+/// The pictures of the methods, except the reference.
 fn methods(facts: &Facts) -> impl Iterator<Item = &Shot> + Clone {
     facts.shots.iter().filter(|shot| shot.series == METHODS && shot.label != REFERENCE)
 }
@@ -50,13 +50,13 @@ fn first_time(facts: &Facts) -> f64 {
     methods(facts).map(|shot| shot.time_s).fold(f64::INFINITY, f64::min)
 }
 
-/// The methods at the earliest time.
+/// The pictures of the methods at the earliest time.
 fn first(facts: &Facts) -> impl Iterator<Item = &Shot> + Clone {
     let time = first_time(facts);
     methods(facts).filter(move |shot| shot.time_s == time)
 }
 
-/// `: a, b`; nothing where the names are too many for a sentence.
+/// The names as `: a, b`; empty if there are too many for a sentence.
 fn listed<'a>(shots: impl Iterator<Item = &'a Shot>) -> String {
     let names: Vec<_> = shots.map(|shot| format!("`{}`", shot.label)).collect();
     if names.len() > FEW { String::new() } else { format!(": {}", names.join(", ")) }
@@ -79,7 +79,7 @@ fn diverged(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Methods whose share of the true fall at the earliest time passes a test.
+/// Pictures at the earliest time whose share of the true fall passes a test.
 fn with_share(facts: &Facts, test: impl Fn(f64) -> bool) -> Vec<&Shot> {
     let share = |shot: &&Shot| fall_share(facts, shot).is_some_and(&test);
     first(facts).filter(share).collect()
@@ -112,7 +112,7 @@ fn hanging(facts: &Facts) -> Option<String> {
         .then(|| format!("Less than {} % of the fall{names}.", significant(100.0 * HANGING, 2)))
 }
 
-/// The method that falls too far.
+/// The method that falls farthest, if it falls too far.
 fn farthest(facts: &Facts) -> Option<String> {
     let shares = methods(facts).filter_map(|shot| Some((shot, fall_share(facts, shot)?)));
     let (shot, share) = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -1,31 +1,31 @@
-//! Records of the experiment `post-correction`: springs that are shortened by hand after a step.
+//! Records of the experiment `post-correction`: springs that a method shortens after each step.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// [`Row::order`] to whose positions those of the other orders are compared.
+/// The [`Row::order`] with whose positions other orders are compared.
 pub const FORWARD: &str = "forward";
 
-/// [`Row::order`] of a forward run whose start is disturbed by a ten-thousandth of a mesh width:
-/// the distance that comes from the sensitivity of the motion alone.
+/// The [`Row::order`] of a forward run whose start is moved by a ten-thousandth of a mesh width.
+/// Its distance comes from the sensitivity of the motion alone.
 pub const PERTURBED: &str = "disturbed start";
 
-/// What the correction does to a hanging sheet, to a spinning one, and to a stretched one at once.
+/// Effects of the correction on a hanging sheet, on a spinning one, and on a sheet at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
     /// The meshes.
     pub meshes: Vec<Mesh>,
-    /// Hanging sheets: one a mesh, method, limit, number of sweeps, order and step size.
+    /// Hanging sheets: one for each mesh, method, limit, number of sweeps, order and step size.
     pub rows: Vec<Row>,
     /// Free sheets that spin.
     pub spins: Vec<Spin>,
-    /// Sweeps over a sheet that was stretched.
+    /// Repeated sweeps over a sheet that was stretched.
     pub sweeps: Vec<Sweeps>,
 }
 
-/// A sheet of soft springs that hangs from two corners, beside a stiff one.
+/// A hanging sheet of soft springs, and the stiff sheet with which it is compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mesh {
@@ -43,20 +43,19 @@ pub struct Mesh {
     pub damping_over_mass_per_s: f64,
     /// Times at which positions are compared, s.
     pub time_s: Vec<f64>,
-    /// Motion of the stiff sheet, `‖x_ref − x_0‖_M/√M` at the times of the mesh, m.
+    /// Motion of the stiff sheet, `‖x_ref − x_0‖_M/√M`, at the times of the mesh, m.
     pub motion_m: Vec<f64>,
-    /// Difference of the stiff sheet to itself with twice the step, over its motion.
+    /// Distance of the stiff sheet from the same sheet with twice the step, over its motion.
     pub reference_error: Vec<f64>,
-    /// Distance of the soft sheet without correction to the stiff one, over the motion.
+    /// Distance of the soft sheet without correction from the stiff one, over the motion.
     pub uncorrected_distance: Vec<f64>,
-    /// Greatest elongation of a spring of the soft sheet without correction in the run, over its
-    /// rest length.
+    /// Greatest elongation of a spring of the soft sheet without correction, over its rest length.
     pub uncorrected_elongation: f64,
-    /// Greatest elongation of a spring of the stiff sheet in the run, over its rest length.
+    /// Greatest elongation of a spring of the stiff sheet, over its rest length.
     pub reference_elongation: f64,
     /// Energy that the fall of the stiff sheet sets free, J.
     pub released_j: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -70,37 +69,37 @@ pub struct Row {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Greatest elongation that is left to a spring, over its rest length.
+    /// Greatest elongation that the correction leaves, over the rest length.
     pub limit: f64,
-    /// Sweeps a step.
+    /// Number of sweeps a step.
     pub sweeps: u32,
-    /// [`FORWARD`], `backward`, `alternating`, `shuffled`, or a permutation of the list of springs,
-    /// `list 1` and `list 2`; or [`PERTURBED`].
+    /// [`FORWARD`], `backward`, `alternating` or `shuffled`; `list 1` or `list 2` for a permuted
+    /// list of springs; or [`PERTURBED`].
     pub order: String,
     /// Step size, s.
     pub step_s: f64,
-    /// `‖x − x_ref‖_M/‖x_ref − x_0‖_M` at the times of the mesh, for the stiff sheet `x_ref`.
+    /// Distance from the stiff sheet, `‖x − x_ref‖_M/‖x_ref − x_0‖_M`, at the times of the mesh.
     pub distance: Vec<f64>,
-    /// Distance over the motion to the run with forward sweeps, at the times of the mesh; empty for
-    /// that run itself.
+    /// Distance from the run with forward sweeps, over the motion, at the times of the mesh. It is
+    /// empty for that run itself.
     pub order_distance: Vec<f64>,
-    /// Energy that corrections took, summed, over that which the fall sets free.
+    /// Sum of the energy that corrections took, over the energy that the fall sets free.
     pub energy_taken: f64,
-    /// Energy that corrections gave, summed, over that which the fall sets free.
+    /// Sum of the energy that corrections gave, over the energy that the fall sets free.
     pub energy_given: f64,
-    /// Vertical momentum that corrections gave over that which gravity gave: the share of the
-    /// weight which they hold.
+    /// Vertical momentum from the corrections over that from gravity: the share of the weight that
+    /// corrections hold.
     pub weight_held: f64,
-    /// `‖M a − f‖/‖f‖` of the trajectory over free particles, root of the mean square over the
-    /// steps; `f` at the start of a step.
+    /// `‖M a − f‖/‖f‖` of the trajectory over free particles: root of the mean square over the
+    /// steps. `f` is taken at the start of a step.
     pub residual: f64,
-    /// The residual where each step is taken without its correction.
+    /// The same residual for steps without their corrections.
     pub uncorrected_residual: f64,
     /// Greatest elongation of a spring at the end of a step, over its rest length.
     pub elongation: f64,
     /// `completed` or `diverged`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -114,21 +113,22 @@ pub struct Spin {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// As in [`Row::limit`]; `None` without correction.
+    /// As in [`Row::limit`]; `None` for a run without correction.
     pub limit: Option<f64>,
-    /// Greatest change of the momentum by a correction, over mass and speed of the edge.
+    /// Greatest change of the momentum by a correction, over the mass and the speed of the edge.
     pub momentum_change: f64,
-    /// Angular momentum at the end over that at the start.
+    /// Angular momentum at the end, over that at the start.
     pub angular_momentum_left: f64,
-    /// Part of the angular momentum that the corrections took, summed; negative where they gave.
+    /// Sum of the angular momentum that corrections took, over that at the start. It is negative if
+    /// they gave some.
     pub angular_momentum_taken: f64,
-    /// Total energy at the end over that at the start.
+    /// Total energy at the end, over that at the start.
     pub energy_left: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// What is left of the stretch after more and more sweeps over one and the same sheet.
+/// The stretch that repeated sweeps leave of one sheet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweeps {
@@ -138,34 +138,34 @@ pub struct Sweeps {
     pub limit: f64,
     /// Order of the sweeps.
     pub order: String,
-    /// Greatest elongation before, over the rest length.
+    /// Greatest elongation before the sweeps, over the rest length.
     pub before: f64,
     /// Numbers of sweeps.
     pub sweeps: Vec<u32>,
-    /// Greatest elongation after so many sweeps, over the rest length.
+    /// Greatest elongation after each number of sweeps, over the rest length.
     pub elongation: Vec<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// Positions that differ by more than this share of the motion depend on the order.
+/// Positions depend on the order if they differ by more than this share of the motion.
 pub(super) const DEPENDS: f64 = 0.01;
 
-/// Forward sweeps at the usual step.
+/// Rows of forward sweeps at the usual step.
 pub(super) fn forward(facts: &Facts) -> impl Iterator<Item = &Row> {
     let step = usual_step(facts);
     facts.rows.iter().filter(move |row| row.order == FORWARD && row.step_s == step)
 }
 
 impl Sweeps {
-    /// Sweeps after which the limit is met within 1 %.
+    /// Least number of sweeps after which the limit is met within 1 %; `None` if none suffices.
     pub(super) fn met(&self) -> Option<u32> {
         let met = self.elongation.iter().position(|left| *left <= self.limit * 1.01)?;
         self.sweeps.get(met).copied()
     }
 }
 
-/// Mesh, label, limit and sweeps of the groups of rows that differ in their order.
+/// Mesh, label, limit and number of sweeps of a group of rows that differ only in their order.
 pub(super) type Key<'a> = (&'a str, &'a str, f64, u32);
 
 pub(super) fn key(row: &Row) -> Key<'_> {
@@ -177,7 +177,7 @@ pub(super) fn usual_step(facts: &Facts) -> f64 {
     facts.rows.iter().map(|row| row.step_s).fold(0.0, f64::max)
 }
 
-/// Groups in the order of the record, each with the rows of its orders, at the usual step.
+/// The groups at the usual step in the record's order, each with one row for each order.
 pub(super) fn groups(facts: &Facts) -> Vec<(Key<'_>, Vec<&Row>)> {
     let step = usual_step(facts);
     let mut groups: Vec<(Key<'_>, Vec<&Row>)> = Vec::new();
@@ -190,7 +190,7 @@ pub(super) fn groups(facts: &Facts) -> Vec<(Key<'_>, Vec<&Row>)> {
     groups
 }
 
-/// Greatest distance to the forward run at each time.
+/// Greatest distance of the rows from the forward run at each time.
 pub(super) fn spread(rows: &[&Row]) -> Vec<f64> {
     let mut spread: Vec<f64> = Vec::new();
     for row in rows.iter().filter(|row| row.order != PERTURBED) {

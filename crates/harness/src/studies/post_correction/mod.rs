@@ -1,4 +1,4 @@
-//! Experiment `post-correction`: what shortening springs after the step does, EEH section 3.
+//! Experiment `post-correction`: effects of shortening springs after each step (EEH section 3).
 
 pub mod facts;
 pub(crate) mod plates;

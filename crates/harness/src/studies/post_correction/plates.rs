@@ -8,7 +8,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State, values};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 /// All figures, in the page's order.
@@ -112,7 +112,7 @@ fn order(input: &Input) -> Option<Sheet> {
     (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// Method and sweeps a step.
+/// Label and number of sweeps a step of a row.
 fn variant(row: &Row) -> String {
     format!("{}, {} a step", row.label, sweeps_a_step(row.sweeps))
 }
@@ -233,7 +233,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![distances(input), lengths(input), orders(input), convergence(input), spins(input)]
 }
 
-/// How far apart the orders are, by mesh, method and limit.
+/// The distances between orders, by mesh, method and limit.
 fn orders(input: &Input) -> Table {
     let groups = groups(&input.facts);
     let with = groups.iter().filter_map(|(key, rows)| {
@@ -263,7 +263,7 @@ fn orders(input: &Input) -> Table {
     }
 }
 
-/// What sweeps leave of a stretch.
+/// The stretch that repeated sweeps leave.
 fn convergence(input: &Input) -> Table {
     let line = |run: &Sweeps| {
         let left =

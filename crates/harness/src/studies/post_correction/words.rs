@@ -1,4 +1,4 @@
-//! The words of the study `post-correction`: its question, and what its numbers say.
+//! The words of the study `post-correction`: its question, and the findings from its numbers.
 
 use super::facts::{
     DEPENDS, FORWARD, Facts, PERTURBED, Row, forward, groups, key, spread, usual_step,
@@ -12,12 +12,12 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
-/// Change of momentum that round-off makes, over mass and speed.
+/// Change of momentum that round-off may cause, over mass and speed.
 const ROUND_OFF: f64 = 1e-13;
-/// A residual that falls with the step falls at least to this share.
+/// A residual counts as falling with the step if it falls to this share or below.
 const FALLS: f64 = 0.5;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [approach(facts), residual(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
@@ -29,14 +29,15 @@ pub(super) fn words(facts: &Facts) -> Words {
     Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-/// Least and greatest of some values, in two digits.
+/// The least and the greatest of some values, with two digits.
 fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(String, String)> {
     let least = values.clone().reduce(f64::min)?;
     let most = values.reduce(f64::max)?;
     Some((significant(least, 2), significant(most, 2)))
 }
 
-/// Whether narrower limits come nearer to the stiff sheet, by mesh, method and sweeps.
+/// Whether narrower limits bring the soft sheet nearer to the stiff one, by mesh, method and
+/// sweeps.
 fn approach(facts: &Facts) -> Option<String> {
     type Series<'a> = ((&'a str, &'a str, u32), Vec<f64>);
     let mut series: Vec<Series<'_>> = Vec::new();
@@ -77,7 +78,7 @@ fn approach(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What is left of the differential equation, at the usual step and at shorter ones.
+/// The residual of the differential equation, at the usual step and at shorter ones.
 fn residual(facts: &Facts) -> Option<String> {
     let least = forward(facts).map(|row| row.residual).reduce(f64::min)?;
     let step = usual_step(facts);

@@ -1,10 +1,10 @@
-//! Records of the experiment `precomputed-inverse`: what a kept inverse costs, and a change of the
-//! system.
+//! Records of the experiment `precomputed-inverse`: the cost of a kept inverse, and of a change of
+//! the system.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// [`Solver::solver`]: the inverse itself, `n²` numbers.
+/// [`Solver::solver`]: the inverse itself, with `n²` numbers.
 pub const DENSE: &str = "dense inverse";
 /// [`Solver::solver`]: a sparse Cholesky factor.
 pub const CHOLESKY: &str = "sparse Cholesky";
@@ -15,9 +15,9 @@ pub const CG: &str = "CG with IC(0)";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// One a number of particles and solver: what the linear system costs, counted.
+    /// Counted costs of the linear system: one for each number of particles and solver.
     pub solvers: Vec<Solver>,
-    /// One a method: runs in which the system changes on the way.
+    /// Runs in which the system changes: one for each method.
     pub changes: Vec<Change>,
 }
 
@@ -29,30 +29,29 @@ pub struct Solver {
     pub particles: usize,
     /// [`DENSE`], [`CHOLESKY`] or [`CG`].
     pub solver: String,
-    /// What stays as the mesh gets finer: `k/m = 1e4`, `k/m = 1e6`, or `one fabric`, where k/m
-    /// grows with n; `any` for direct solvers, whose cost does not depend on it.
+    /// What is kept as the mesh becomes finer: `k/m = 1e4`, `k/m = 1e6`, or `one fabric`, where k/m
+    /// grows with n. It is `any` for direct solvers, whose cost does not depend on it.
     pub series: String,
     /// Stiffness over mass, 1/s².
     pub stiffness_over_mass_per_s2: f64,
-    /// Entries of `A`, both triangles.
+    /// Number of entries of `A`, both triangles.
     pub matrix_nonzeros: usize,
-    /// Entries of what is kept: of the inverse, of the factor's triangle.
+    /// Number of entries that are kept: of the inverse, or of the factor's triangle.
     pub kept_nonzeros: usize,
-    /// Memory to make and to keep inverse or factor, bytes: `2 n²` numbers for the inverse, 12
-    /// bytes an entry of a factor (value and index).
+    /// Memory to make and to keep the inverse or the factor, bytes: `2 n²` numbers for the inverse,
+    /// and 12 bytes for each entry of a factor (value and index).
     pub kept_bytes: u64,
-    /// Floating-point operations of the set-up, to leading order.
+    /// Number of floating-point operations of the set-up, to leading order.
     pub setup_operations: f64,
-    /// Operations of a solve for three coordinates, to leading order: of CG at the tolerance of a
-    /// step, mean over the run.
+    /// Number of operations of a solve for three coordinates, to leading order. CG solves to the
+    /// tolerance of a step, and its number is a mean over the run.
     pub solve_operations: f64,
-    /// Mean number of CG iterations a step of the run that gives `solve_operations`; 0 for direct
-    /// solvers.
+    /// Mean number of CG iterations a step in the run for `solve_operations`; 0 for direct solvers.
     pub cg_per_step: f64,
-    /// Difference of the solution to the sparse factor's, relative, Euclidean; CG solves tightly
-    /// for it.
+    /// Relative difference of the solution from the sparse factor's, in the Euclidean norm. CG
+    /// solves tightly here.
     pub disagreement: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -64,22 +63,22 @@ pub struct Change {
     pub solver: String,
     /// Method id with all settings.
     pub method: String,
-    /// Steps of the run.
+    /// Number of steps of the run.
     pub steps: u64,
-    /// First builds of the operator.
+    /// Number of first builds of the operator.
     pub first: u32,
-    /// Rebuilds after changes of the step size.
+    /// Number of rebuilds after changes of the step size.
     pub step_size: u32,
-    /// Rebuilds after changes of stiffness or masses.
+    /// Number of rebuilds after changes of stiffness or masses.
     pub stiffness: u32,
-    /// Rebuilds after changes of the pins.
+    /// Number of rebuilds after changes of the pins.
     pub constraints: u32,
-    /// What was changed, in order, each followed by steps.
+    /// The changes, in order. Steps follow each of them.
     pub changed: Vec<String>,
-    /// After each change: greatest distance, m, of a particle to a run that starts anew from the
-    /// state at the change, at the end of the steps that follow.
+    /// Comparison with a run that starts anew after each change: the greatest distance of a
+    /// particle, m, at the end of the steps that follow.
     pub distance_to_fresh_m: Vec<f64>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -95,15 +94,17 @@ pub struct TimingRow {
     pub series: String,
     /// Method whose steps are timed, with all settings.
     pub method: String,
-    /// Nanoseconds of the first set-up, with allocation and the analysis of the pattern; one entry
-    /// a repetition.
+    /// Nanoseconds of the first set-up, with allocation and the analysis of the pattern: one entry
+    /// for each repetition.
     pub setup_ns: Vec<u64>,
-    /// Nanoseconds of a rebuild after a change of the step size, in the memory that is there.
+    /// Nanoseconds of a rebuild after a change of the step size, in memory that is already
+    /// allocated.
     pub rebuild_ns: Vec<u64>,
-    /// Nanoseconds a step of the hanging sheet, each the mean over the steps of one repetition.
+    /// Nanoseconds a step of the hanging sheet. Each entry is the mean over the steps of a
+    /// repetition.
     pub step_ns: Vec<u64>,
-    /// Nanoseconds a solve of `A v = b` for the right-hand side of the fall's first step, from 0;
-    /// CG to the tolerance 1e-3.
+    /// Nanoseconds a solve of `A v = b` from 0, for the right-hand side of the fall's first step.
+    /// CG solves to the tolerance 1e-3.
     pub solve_ns: Vec<u64>,
 }
 
@@ -112,7 +113,8 @@ pub(super) fn of<'a>(facts: &'a Facts, solver: &'a str) -> impl Iterator<Item = 
     facts.solvers.iter().filter(move |row| row.solver == solver)
 }
 
-/// The number of particles from which on `solver` solves with fewer operations than `other`.
+/// The number of particles from which on `solver` takes fewer operations for a solve than `other`;
+/// `None` if there is none.
 pub(super) fn crossover<'a>(
     solver: impl Iterator<Item = &'a Solver>,
     other: &[&Solver],

@@ -1,5 +1,4 @@
-//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system
-//! costs it.
+//! Experiment `precomputed-inverse`: the cost of Desbrun's inverse, and of a change of the system.
 
 pub mod facts;
 pub(crate) mod plates;

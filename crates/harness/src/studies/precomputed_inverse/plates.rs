@@ -6,7 +6,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -33,7 +33,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// Solver and series of a curve.
+/// The name of a curve: its solver and series.
 fn name(solver: &str, series: &str) -> String {
     if solver == CG { format!("{solver}, {series}") } else { solver.to_owned() }
 }
@@ -46,7 +46,7 @@ fn look(solver: &str, order: usize) -> Look {
     }
 }
 
-/// A rebuild of more steps' worth is dear.
+/// A rebuild that costs more than this many steps counts as expensive.
 const DEAR: f64 = 20.0;
 
 /// Values of a quantity, with their solver and series.
@@ -71,7 +71,7 @@ fn panel(title: &str, label: &str, sizes: &[f64], curves: &[Curve<'_>], is_worth
     panel
 }
 
-/// The curves of a quantity over some rows.
+/// The curves of a quantity over some rows, by solver and series.
 fn curves<'a, R>(
     rows: &'a [R],
     key: fn(&R) -> (&str, &str, usize),
@@ -110,7 +110,7 @@ fn counts(input: &Input) -> Option<Sheet> {
     (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// Median milliseconds.
+/// Median of the samples, in milliseconds.
 fn milliseconds(samples: &[u64]) -> f64 {
     1e3 * median_s(samples)
 }
@@ -179,7 +179,7 @@ fn solvers(input: &Input) -> Table {
     }
 }
 
-/// From which number of particles on a solve with CG takes fewer operations.
+/// The table of the numbers of particles from which on a solve with CG takes fewer operations.
 fn counted_crossovers(input: &Input) -> Table {
     let facts = &input.facts;
     let mut series: Vec<&str> = of(facts, CG).map(|row| row.series.as_str()).collect();
@@ -259,7 +259,7 @@ fn times(rows: &[TimingRow]) -> Table {
     }
 }
 
-/// From which number of particles on a step with CG is faster.
+/// The table of the numbers of particles from which on a step with CG is faster.
 fn crossovers(rows: &[TimingRow]) -> Table {
     let mut series: Vec<&str> = Vec::new();
     for row in rows.iter().filter(|row| row.solver == CG) {

@@ -1,4 +1,4 @@
-//! The words of the study `precomputed-inverse`: its question, and what its numbers say.
+//! The words of the study `precomputed-inverse`: its question, and the findings from its numbers.
 
 use super::facts::{CG, CHOLESKY, DENSE, Facts, Solver, crossover, of};
 use drape_report::Words;
@@ -10,13 +10,13 @@ pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse facto
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness"];
 
-/// Solutions agree within this.
+/// Largest relative difference at which solutions agree.
 const AGREE: f64 = 1e-9;
-/// A rebuild of fewer steps' worth forbids nothing.
+/// A rebuild that costs less than this many solves is cheap.
 const CHEAP: f64 = 20.0;
 const MIB: f64 = 1024.0 * 1024.0;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [dense(facts), solves(facts), worth(facts)];
     let conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -30,7 +30,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-/// Whether the inverse is the dearest everywhere.
+/// Whether the inverse is the most expensive solver at every size.
 fn dense(facts: &Facts) -> Option<String> {
     let others = || facts.solvers.iter().filter(|row| row.solver != DENSE);
     let pairs = of(facts, DENSE).flat_map(|dense| {
@@ -51,7 +51,7 @@ fn dense(facts: &Facts) -> Option<String> {
     })
 }
 
-/// With which of the others a solve takes fewer operations.
+/// Which of the other solvers takes fewer operations for a solve.
 fn solves(facts: &Facts) -> Option<String> {
     let sparse: Vec<_> = of(facts, CHOLESKY).collect();
     let cg: Vec<_> = of(facts, CG).collect();
@@ -74,7 +74,7 @@ fn solves(facts: &Facts) -> Option<String> {
     })
 }
 
-/// How many solves it is worth to make something anew, at most.
+/// How many solves a set-up costs at most.
 fn worth(facts: &Facts) -> Option<String> {
     let of = |solver| {
         let worths = of(facts, solver).map(|row| row.setup_operations / row.solve_operations);

@@ -8,7 +8,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Look, Panel, Point, Rule, Series, Sheet, State};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -67,13 +67,13 @@ fn pick(pick: Option<&Pick>) -> String {
     })
 }
 
-/// The error of an advised run that was measured again, and that which counts as met.
+/// The error of an advised run on the pushed cloth, and the largest error that meets the target.
 fn again(error_m: Option<f64>, good_m: Option<f64>) -> String {
     let error = || error_m.map_or_else(|| "not sound".to_owned(), millimetres);
     good_m.map_or_else(absent, |good| format!("{}; {}", error(), millimetres(good)))
 }
 
-/// What came of a case, in a word.
+/// The outcome of a case, in a word.
 fn outcome(outcome: Option<Outcome>, lacks_advice: bool) -> String {
     let word = match outcome {
         Some(Outcome::Met) => "met",
@@ -125,7 +125,7 @@ fn cases(facts: &Facts) -> Table {
     }
 }
 
-/// What holds by the clock, for each origin and for all scenes.
+/// The aim by measured time, for each origin and for all scenes.
 fn sums(rows: &[TimingRow]) -> Table {
     let all = [None].into_iter().chain(Origin::ALL.map(Some));
     let line = |origin: Option<Origin>| {
@@ -267,9 +267,9 @@ mod tests {
         }
     }
 
-    /// The aim as the committed record says: for all scenes a regret of 1.1 in the median and 1.5 at
-    /// most, the budget kept and every search whole; the target is met on the pushed cloth in 95 % of all
-    /// cases, and of those on scenes that are not bundled.
+    /// The committed record keeps the aim. Over all scenes the regret is at most 1.1 in the median
+    /// and 1.5 at worst, and the budget and every search are complete. The target is met on the
+    /// pushed cloth in 95 % of all cases, and of those whose scenes are not bundled.
     #[test]
     fn the_committed_timings_keep_what_the_pages_say() {
         let results = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
@@ -290,7 +290,7 @@ mod tests {
         assert!(share(&|_| true) >= MET);
     }
 
-    /// Met, missed, not measured, lacking an advice, and a target that no form meets.
+    /// The cases are: met, missed, not measured, without advice, and a target that no form meets.
     #[test]
     fn the_sums_count_what_came_of_each_case() {
         let good = Some(0.01);
@@ -307,11 +307,11 @@ mod tests {
         let words: Vec<String> = by_clock(&rows).rows.iter().map(|row| row[8].clone()).collect();
         let expected = ["met", "missed", "not measured", "no advice", "no form meets it"];
         assert_eq!(words, expected);
-        // Without the misses the aim is kept; what was not measured neither helps nor harms.
+        // Without the misses the aim is kept. Cases that were not measured do not count.
         rows.remove(3);
         rows.remove(1);
         assert_eq!(sums_of(&rows), "kept|1 of 1|0|1|1|1.00|1.00|2|95.0 %|3");
-        // An advice where the search has nothing to judge by is no regret of 1.
+        // If the search has nothing to judge by, an advice does not count as a regret of 1.
         rows[0] = TimingRow { is_judged: false, ..row(one, None, (Some(0.009), good)) };
         assert_eq!(sums_of(&rows), "kept|1 of 1|0|1|1|1.00|1.00|1|95.0 %|2");
         let late = TimingRow { seconds: 6.7, ..row(one, one, (Some(0.009), good)) };

@@ -1,4 +1,4 @@
-//! The words of the study `regret`.
+//! The words of the study `regret`: its question, and the findings from its numbers.
 
 use super::facts::{Case, Facts, MEDIAN, MET, Outcome, Tally, WORST};
 use drape_report::Words;
@@ -10,7 +10,7 @@ pub(super) const QUESTION: &str = "Is the advice of `drape compare` as good as a
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [met(facts), cost(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
@@ -44,7 +44,7 @@ fn tally(facts: &Facts) -> Tally {
     Tally::of(facts.cases.iter().filter_map(Case::outcome))
 }
 
-/// How often the target is met when it is measured again.
+/// How often the target is met on the pushed cloth.
 fn met(facts: &Facts) -> Option<String> {
     let tally = tally(facts);
     let verdict = if tally.share()? >= MET { "as it should" } else { "and should more often" };
@@ -61,7 +61,7 @@ fn regrets(facts: &Facts) -> impl Iterator<Item = f64> {
     facts.cases.iter().filter_map(|case| case.regret)
 }
 
-/// What the advice costs.
+/// The regret of the advice, and the effort of the comparison.
 fn cost(facts: &Facts) -> Option<String> {
     let (middle, worst) = (median(regrets(facts))?, regrets(facts).reduce(f64::max)?);
     let is_kept = middle <= MEDIAN && worst <= WORST;
@@ -115,7 +115,7 @@ fn count(facts: &Facts, is_it: impl Fn(&Case) -> bool) -> Option<String> {
     }
 }
 
-/// Cases in which the search does better than the comparison in kind.
+/// How many cases lack an advice although the search found a run that meets the target.
 fn lacking(facts: &Facts) -> Option<String> {
     let cases = count(facts, Case::lacks_advice)?;
     Some(format!(

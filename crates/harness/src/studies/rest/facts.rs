@@ -5,10 +5,10 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A cloth has arrived when its surface stays within this of its rest shape, m.
+/// A cloth has arrived when its surface stays within this distance of its rest shape, m.
 pub const THERE: f64 = 1e-3;
-/// A rest shape is right if its energy is at most this share of the released energy above the
-/// least that is known.
+/// A rest shape is right if its energy exceeds the least known by at most this share of the
+/// released energy.
 pub const RIGHT: f64 = 0.01;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
@@ -19,7 +19,7 @@ pub const TIE: f64 = 1.5;
 pub struct Facts {
     /// The scenes, each with its rest shapes.
     pub scenes: Vec<Scene>,
-    /// One a scene, form of a method and step.
+    /// One run for each scene, form of a method and step.
     pub runs: Vec<Run>,
 }
 
@@ -33,20 +33,21 @@ pub struct Scene {
     pub particles: usize,
     /// Number of springs.
     pub springs: usize,
-    /// Whether prices hold for it: springs, gravity and pins alone, on a regular grid.
+    /// Whether prices hold for the scene: it has only springs, gravity and pins, on a regular grid.
     pub is_priced: bool,
-    /// Simulated time after which a run is given up, s.
+    /// Longest simulated time of a run, s.
     pub span_s: f64,
-    /// Steps of a look (0.1 s) within the limit of symplectic Euler, by Gershgorin's bound.
+    /// Number of steps between looks (0.1 s) within symplectic Euler's limit, by Gershgorin's
+    /// bound.
     pub limit_steps: u32,
     /// Energy that the cloth sets free, J.
     pub released_j: f64,
-    /// Energy of springs and hinges at the start, over that which the cloth sets free.
+    /// Energy of springs and hinges at the start, over the energy that the cloth sets free.
     pub prestress: f64,
-    /// Rest shapes that Newton's method finds from starts in waves, and the best of those to which
-    /// a run came, if it is better.
+    /// Rest shapes that Newton's method finds from starts in waves. If a run came to a better
+    /// shape, the best of those is added.
     pub minima: Vec<Minimum>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -54,13 +55,13 @@ pub struct Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Minimum {
-    /// Where the search began: at a start in so many waves, or where a run ended.
+    /// Start of the search: a number of waves, or the run at whose end it began.
     pub from: String,
     /// Potential energy, J.
     pub energy_j: f64,
-    /// Greatest force on a particle over the weight of the heaviest.
+    /// Greatest force on a particle, over the weight of the heaviest.
     pub residual: f64,
-    /// Whether it is a minimum and no saddle.
+    /// Whether the shape is a minimum of the energy, not a saddle.
     pub is_minimum: bool,
 }
 
@@ -74,42 +75,42 @@ pub struct Run {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Calls of the method from one look to the next, 0.1 s.
+    /// Number of calls of the method between looks (0.1 s).
     pub steps: u32,
-    /// Whether stiffness limits its step.
+    /// Whether stiffness limits the step.
     pub is_limited: bool,
-    /// `stable`: it came to its rest shape. `locked`: it came less than half of its
-    /// way. `open`: it was still elsewhere at the end. Else what its energy did, or why it ended.
+    /// `stable` if the run came to its rest shape, `locked` if it came less than half of its way,
+    /// and `open` if it was still on its way. Otherwise the verdict on its energy, or why it ended.
     pub verdict: Verdict,
-    /// Simulated time from which the surface stays within 1 mm of the rest shape, s.
+    /// Simulated time from which on the surface stays within 1 mm of the rest shape, s.
     pub arrival_s: Option<f64>,
-    /// Distance of the last surface to the rest shape that Newton's method finds from it, m.
+    /// Distance of the last surface from the rest shape that Newton's method finds from it, m.
     pub shape_error_m: Option<f64>,
-    /// Greatest force on a particle at the end over the weight of the heaviest.
+    /// Greatest force on a particle at the end, over the weight of the heaviest.
     pub residual: Option<f64>,
     /// Root of the mean square speed at the end, m/s.
     pub speed_m_s: Option<f64>,
     /// Potential energy of the rest shape that Newton's method finds from the last surface, J.
     pub rest_energy_j: Option<f64>,
-    /// Whether that shape is a minimum and no saddle; asked only if it is better than all that
-    /// starts in waves lead to.
+    /// Whether that shape is a minimum of the energy, not a saddle. `None` unless it is better than
+    /// all shapes from starts in waves.
     pub is_minimum: Option<bool>,
     /// Energy of that rest shape above the least known, over the released energy.
     pub excess_energy: Option<f64>,
-    /// Greatest rise of the energy over the released energy.
+    /// Greatest rise of the energy, over the released energy.
     pub gain: f64,
-    /// Visits of a spring until it arrived.
+    /// Visits of a spring until the cloth arrived.
     pub effort: Option<f64>,
-    /// Modelled time until it arrived, s; where prices hold for scene and form.
+    /// Modelled time until the cloth arrived, s, if prices hold for the scene and the form.
     pub modelled_s: Option<f64>,
-    /// What its steps counted.
+    /// Counts of work over all steps.
     pub counts: Counters,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
 impl Run {
-    /// Whether it came to rest, in a shape that is right.
+    /// Whether the cloth came to rest in a right shape.
     pub fn is_right(&self) -> bool {
         let is_right = self.excess_energy.is_some_and(|excess| excess <= RIGHT);
         self.verdict == Verdict::Stable && is_right
@@ -126,7 +127,7 @@ pub struct TimingRow {
     pub label: String,
     /// As in [`Run::steps`].
     pub steps: u32,
-    /// Seconds in all calls of the method until it arrived, one entry a repetition.
+    /// Seconds in all calls of the method until the cloth arrived, one entry for each repetition.
     pub samples_s: Vec<f64>,
     /// Median of the samples, s.
     pub seconds: f64,

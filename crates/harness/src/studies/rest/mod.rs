@@ -1,4 +1,4 @@
-//! Experiment `rest`: who brings a cloth to rest, where, and for how much.
+//! Experiment `rest`: which methods bring a cloth to rest, in which shape, and at what cost.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -10,7 +10,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Matrix, Point, Row, Rule, Series, Shade, Sheet, State, Tile, panels_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -77,7 +77,7 @@ fn all_labels(input: &Input) -> Vec<String> {
     labels(input.facts.runs.iter().map(|run| (run.method.as_str(), run.label.as_str())))
 }
 
-/// The cheapest run of a form on a scene that is right.
+/// The cheapest right run of a form on a scene, with its cost.
 fn cheapest_of<'a>(input: &'a Input, scene: &'a Scene, label: &str) -> Option<(&'a Run, f64)> {
     let right = runs(input, scene).filter(|run| run.label == label && run.is_right());
     let timed = right.filter_map(|run| Some((run, time(input, run)?)));
@@ -153,7 +153,8 @@ fn scenes(input: &Input) -> Table {
     }
 }
 
-/// The cheapest right run of each of the first ten forms: by the clock, else by counted work.
+/// The table of the cheapest right run of the first ten forms, by measured time or else counted
+/// work.
 fn leaders(input: &Input, scene: &Scene) -> Table {
     let rank = |run: &Run| time(input, run).or(run.modelled_s).or(run.effort);
     let mut best: Vec<(&Run, f64)> = Vec::new();
@@ -199,7 +200,7 @@ fn leaders(input: &Input, scene: &Scene) -> Table {
     }
 }
 
-/// When every form arrives, or why it does not.
+/// The table of arrivals: when each form arrives, or why it does not.
 fn endings(input: &Input) -> Table {
     let cell = |scene: &Scene, label: &str| {
         let own = runs(input, scene).filter(|run| run.label == label);

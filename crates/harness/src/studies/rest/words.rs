@@ -1,4 +1,4 @@
-//! The words of the study `rest`: its question, and what its numbers say.
+//! The words of the study `rest`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, RIGHT, Run, Scene, THERE, TIE};
 use crate::studies::names::{labels, methods, range};
@@ -11,7 +11,7 @@ pub(super) const QUESTION: &str = "Who brings a cloth to rest on a table first, 
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "animation"];
 
-/// What the facts say. Times belong to a machine and stand in the figures.
+/// The findings that the facts support. Times belong to a machine, so only figures show them.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [longest(facts), priced(facts)].into_iter().flatten().collect();
     let observations = [shapes(facts), still(facts), failing(facts), shorter(facts), never(facts)];
@@ -26,12 +26,12 @@ fn runs<'a>(facts: &'a Facts, scene: &'a Scene) -> impl Iterator<Item = &'a Run>
     facts.runs.iter().filter(move |run| run.scene == scene.id)
 }
 
-/// The forms of some runs, each once.
+/// The labels of some runs, each once.
 fn forms<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     labels(runs.map(|run| run.label.as_str()))
 }
 
-/// Who arrives everywhere with the longest step.
+/// The forms that arrive on every table with the longest step.
 fn longest(facts: &Facts) -> Option<String> {
     let arrives = |label: &&str| {
         facts.scenes.iter().all(|scene| {
@@ -52,7 +52,7 @@ fn longest(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Who is first where prices hold.
+/// The cheapest form on the scene for which prices hold.
 fn priced(facts: &Facts) -> Option<String> {
     let scene = facts.scenes.iter().find(|scene| scene.is_priced)?;
     let right = || runs(facts, scene).filter(|run| run.is_right());
@@ -73,7 +73,7 @@ fn priced(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// How many shapes there are, and who finds a wrong one.
+/// How many runs end in a wrong shape.
 fn shapes(facts: &Facts) -> Option<String> {
     let came: Vec<&Run> = facts.runs.iter().filter(|run| run.arrival_s.is_some()).collect();
     let wrong = came.iter().filter(|run| run.verdict == Verdict::Stable && !run.is_right());
@@ -87,7 +87,7 @@ fn shapes(facts: &Facts) -> Option<String> {
     })
 }
 
-/// A sentence about the forms of some runs.
+/// A sentence that counts forms and names their methods; `None` without any.
 fn told(what: &str, names: &[&str]) -> Option<String> {
     (!names.is_empty())
         .then(|| format!("{what} somewhere: {} forms, of {}.", names.len(), methods(names)))
@@ -97,12 +97,12 @@ fn with(facts: &Facts, verdict: Verdict) -> Vec<&str> {
     forms(facts.runs.iter().filter(|run| run.verdict == verdict))
 }
 
-/// Forms that stand still elsewhere.
+/// The forms that lock on some scene.
 fn still(facts: &Facts) -> Option<String> {
     told("Less than half of the way comes", &with(facts, Verdict::Locked))
 }
 
-/// Forms that gain energy although stiffness does not limit them.
+/// The forms that gain energy although stiffness does not limit them.
 fn failing(facts: &Facts) -> Option<String> {
     let gains = |run: &&Run| {
         let verdict = run.verdict;
@@ -112,7 +112,7 @@ fn failing(facts: &Facts) -> Option<String> {
     told("Energy is gained with some step", &forms(facts.runs.iter().filter(gains)))
 }
 
-/// How many steps the forms need that fail with the longest ones.
+/// How many steps the forms need that fail with the longest steps.
 fn shorter(facts: &Facts) -> Option<String> {
     let least = |label: &str, scene: &Scene| {
         let right = runs(facts, scene).filter(|run| run.label == label && run.is_right());
@@ -128,7 +128,7 @@ fn shorter(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Forms that arrive nowhere.
+/// The forms that never arrive in a right shape.
 fn never(facts: &Facts) -> Option<String> {
     let arrives = |label: &str| facts.runs.iter().any(|run| run.label == label && run.is_right());
     let all = forms(facts.runs.iter());

@@ -1,4 +1,4 @@
-//! Records of the experiment `scaling`: cost as the work grows.
+//! Records of the experiment `scaling`: how cost grows with the number of particles.
 
 use crate::record::Phases;
 use drape_report::Verdict;
@@ -14,7 +14,7 @@ pub(super) const FIXED_MATERIAL: &str = "material fixed";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// One a series, size and method.
+    /// One cell for each series, size and method.
     pub cells: Vec<Cell>,
 }
 
@@ -22,8 +22,8 @@ pub struct Facts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// `k/m fixed`, or `material fixed`: `k` and `d` are those of the sheet of 400 particles,
-    /// masses shrink with the mesh.
+    /// `k/m fixed` or `material fixed`. In the latter, `k` and `d` are those of the sheet of 400
+    /// particles, and masses shrink with the mesh.
     pub series: String,
     /// Particles along each edge.
     pub side: u32,
@@ -43,27 +43,27 @@ pub struct Cell {
     pub label: String,
     /// Method id with all settings.
     pub method: String,
-    /// Iterations of conjugate gradients a step.
+    /// Number of CG iterations a step.
     pub cg_per_step: f64,
-    /// Products of the matrix with a block vector.
+    /// Number of products of the matrix with a block vector.
     pub matvecs: u64,
-    /// Sweeps over all springs that evaluated forces or energies.
+    /// Number of sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `completed` or `diverged`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// Something timed: a run, or the memory.
+/// A measurement of time or memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum TimingRow {
-    /// A run of a cell of the facts.
+    /// The time of a cell of the facts.
     Run(RunTiming),
     /// What the allocator holds for a prepared method.
     Memory(Memory),
@@ -90,22 +90,23 @@ pub struct RunTiming {
     pub label: String,
     /// Number of steps.
     pub steps: u64,
-    /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
+    /// Nanoseconds in all `step` calls together with the phase clock off: one entry for each
+    /// repetition.
     pub samples_ns: Vec<u64>,
     /// Median of the samples over particles and steps, ns.
     pub ns_per_particle_step: f64,
-    /// Bytes that a step must move for each particle once the arrays have left the caches; absent
-    /// where they are not counted.
+    /// Bytes that a step must move for each particle if the arrays are larger than the caches.
+    /// Absent if they are not counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_bytes: Option<f64>,
-    /// Seconds before the first step: allocation, pattern, first build of matrix and
+    /// Seconds before the first step: allocation, pattern, and first build of matrix and
     /// preconditioner.
     pub prepare_s: f64,
-    /// Phases of a separate pass with the phase clock on, s.
+    /// Times of the phases in a separate pass with the phase clock on, s.
     pub phases_s: Phases,
 }
 
-/// What the allocator holds, and the time that it took to build it.
+/// Memory of a prepared method, and the time to build it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Memory {
@@ -134,15 +135,15 @@ pub(super) struct Growth<'a> {
 }
 
 impl Growth<'_> {
-    /// The power of the number of particles with which the CG iterations of a step grow on average.
+    /// The mean power of the number of particles with which the CG iterations a step grow.
     pub(super) fn power(&self) -> f64 {
         let sizes = libm::log(self.last.particles as f64 / self.first.particles as f64);
         libm::log(self.last.cg_per_step / self.first.cg_per_step) / sizes
     }
 }
 
-/// Series and methods with iterations on at least two meshes, of those that take the common step:
-/// explicit methods take shorter ones.
+/// The growth of each series and method with iterations on at least two meshes. Explicit methods
+/// are left out, since they take shorter steps.
 pub(super) fn growths(facts: &Facts) -> Vec<Growth<'_>> {
     let step = facts.cells.iter().map(|cell| cell.step_s).fold(0.0, f64::max);
     let mut growths: Vec<Growth<'_>> = Vec::new();
@@ -160,7 +161,7 @@ pub(super) fn growths(facts: &Facts) -> Vec<Growth<'_>> {
 }
 
 impl Facts {
-    /// Pairs of a series and a method that iterate on at least two meshes.
+    /// Number of pairs of a series and a method with iterations on at least two meshes.
     pub(super) fn labels_with_iterations(&self) -> usize {
         let iterates = |cell: &&Cell| cell.cg_per_step > 0.0;
         let key = |cell: &'_ Cell| (cell.series.clone(), cell.label.clone());

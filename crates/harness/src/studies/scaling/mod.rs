@@ -1,4 +1,4 @@
-//! Experiment `scaling`: cost as the work grows.
+//! Experiment `scaling`: how cost grows with the number of particles.
 
 pub mod facts;
 pub(crate) mod plates;

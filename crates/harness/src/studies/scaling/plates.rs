@@ -12,7 +12,7 @@ use drape_report::plot::{
     At, Axis, Draft, Look, Point, Rule, Series, Sheet, State, panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -40,7 +40,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
 
 const SERIES: [&str; 2] = [FIXED_QUOTIENT, FIXED_MATERIAL];
 const PHASES: [&str; 5] = ["forces", "matrix set-up", "solve", "contacts", "update"];
-/// Position, velocity and force of a particle, read and written once.
+/// Bytes of a particle's position, velocity and force, each read and written once.
 const BYTES: f64 = 144.0;
 const LEAPFROG: &str = "The leapfrog method solves for its damping only, to 1e-14 and with \
                         Jacobi's preconditioner, in steps within its stability \
@@ -73,12 +73,12 @@ fn bandwidth(input: &Input) -> Option<f64> {
     })
 }
 
-/// Nanoseconds a particle and step in which the memory moves the least bytes of the step.
+/// Nanoseconds a particle and step in which the memory can move the least bytes of a step.
 fn byte_bound(input: &Input, run: &RunTiming) -> Option<f64> {
     Some(1e9 * run.least_bytes? / bandwidth(input)?)
 }
 
-/// Seconds of the phases, as [`PHASES`] names them.
+/// Seconds of the phases, in the order of [`PHASES`].
 fn phases(run: &RunTiming) -> [f64; 5] {
     let phases = &run.phases_s;
     [phases.forces, phases.matrix_setup, phases.solve, phases.contact, phases.update]
@@ -164,7 +164,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     tables
 }
 
-/// How iterations grow, the fastest first.
+/// The table of the growth of iterations, fastest growth first.
 fn growth(input: &Input) -> Table {
     let mut growths = growths(&input.facts);
     growths.sort_by(|a, b| b.power().total_cmp(&a.power()));
@@ -265,10 +265,10 @@ fn times(input: &Input) -> Table {
 
 /// Step of the timed runs of [`REAL_TIME`]'s method, s.
 const STEP: f64 = 0.01;
-/// The method that is held against the clock.
+/// The method whose speed is compared with real time.
 const REAL_TIME: &str = "imex-euler";
 
-/// Whether a hundred thousand particles move as fast as the clock.
+/// Whether a hundred thousand particles run in real time, in a sentence.
 fn real_time(input: &Input) -> Option<String> {
     let near = |run: &&RunTiming| run.label == REAL_TIME && run.particles.abs_diff(100_000) < 1000;
     let run = timed(input).find(near)?;
@@ -283,7 +283,7 @@ fn real_time(input: &Input) -> Option<String> {
     ))
 }
 
-/// What the allocator holds, by part.
+/// The table of memory, by part.
 fn memory(input: &Input) -> Option<Table> {
     let rows = || input.timings.iter().flat_map(|timings| &timings.rows);
     let sheets: Vec<&Memory> = rows()

@@ -1,4 +1,4 @@
-//! The words of the study `scaling`: its question, and what its numbers say.
+//! The words of the study `scaling`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, growths};
 use drape_report::number::{power, setting, significant};
@@ -10,10 +10,10 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
-/// Iterations that grow by a smaller power of n do not grow.
+/// Power of n below which iterations count as constant.
 const LEVEL: f64 = 0.05;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let begins = [(FIXED_QUOTIENT, "With k/m fixed"), (FIXED_MATERIAL, "With the material fixed")];
     let conclusion: Vec<_> =
@@ -26,7 +26,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     Words { conclusion, observations, caveats: caveats(facts) }
 }
 
-/// How the iterations grow in a series, over all methods.
+/// The growth of the iterations in a series, over all methods.
 fn growth(facts: &Facts, series: &str, begin: &str) -> Option<String> {
     let own: Vec<_> = growths(facts).into_iter().filter(|g| g.first.series == *series).collect();
     let least = own.iter().map(Growth::power).reduce(f64::min)?;
@@ -51,7 +51,7 @@ fn growth(facts: &Facts, series: &str, begin: &str) -> Option<String> {
     })
 }
 
-/// Where a step takes the most iterations.
+/// The method and mesh with the most iterations a step.
 fn most(facts: &Facts) -> Option<String> {
     let most = facts.cells.iter().max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
     (most.cg_per_step > 0.0).then(|| {
@@ -161,7 +161,7 @@ mod tests {
         );
         assert!(said.caveats[0].contains("3 of the largest mesh"), "{said:?}");
         cells.extend([cell(FIXED_MATERIAL, "b", 100, 2.0), cell(FIXED_MATERIAL, "b", 10_000, 2.0)]);
-        // An explicit method's steps are shorter, and so are its solves.
+        // An explicit method takes shorter steps, so its solves are shorter too.
         let explicit = |n| Cell { step_s: 0.001, ..cell(FIXED_MATERIAL, "c", n, n as f64) };
         cells.extend([100, 10_000].map(explicit));
         cells[1].unconverged_steps = 1;

@@ -5,7 +5,7 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// IMEX Euler with the estimator that looks at positions alone.
+/// Label of IMEX Euler with the estimator that uses positions only.
 pub const PLAIN: &str = "imex-euler, plain estimate";
 
 /// All runs.
@@ -14,9 +14,9 @@ pub const PLAIN: &str = "imex-euler, plain estimate";
 pub struct Facts {
     /// The scenes, with the error of their reference solutions.
     pub scenes: Vec<Scene>,
-    /// One a series, scene, label and value.
+    /// One run for each series, scene, label and value.
     pub runs: Vec<Run>,
-    /// Step sizes of some of the adaptive runs.
+    /// Step sizes over time of some adaptive runs.
     pub histories: Vec<History>,
 }
 
@@ -26,15 +26,15 @@ pub struct Facts {
 pub struct Scene {
     /// Key: `hanging-1e4`, `hanging-1e6`, `hanging-1e8` or `vibrating-1e4`.
     pub id: String,
-    /// Stiffness over mass of the tension springs, 1/s²; shear springs have a tenth.
+    /// Stiffness over mass of the tension springs, 1/s². Shear springs have a tenth.
     pub stiffness_over_mass_per_s2: f64,
     /// Damping over mass of the tension springs, 1/s.
     pub damping_over_mass_per_s: f64,
-    /// Simulated time after which the error is taken, s.
+    /// Simulated time, s. Errors are taken at its end.
     pub span_s: f64,
-    /// Largest distance of a particle to the reference solution with a tenfold tolerance, m.
+    /// Greatest distance of a particle from a reference solution with a tenfold tolerance, m.
     pub reference_error_m: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -46,48 +46,50 @@ pub struct Run {
     pub series: String,
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// What sets the curve or row apart from the others of its series.
+    /// Label of the curve or row within its series.
     pub label: String,
-    /// Whether the method chose its steps.
+    /// Whether the method chose its own steps.
     pub is_adaptive: bool,
-    /// What varies: the inner tolerance (`forcing`; `None` for Eisenstat-Walker), the step size in
-    /// s or the tolerance in mesh widths (`steps`); `None` elsewhere.
+    /// The value that varies. In `forcing` it is the inner tolerance, or `None` for
+    /// Eisenstat-Walker. In `steps` it is the step size in s, or the tolerance in mesh widths. It
+    /// is `None` elsewhere.
     pub value: Option<f64>,
     /// Method id with all settings.
     pub method: String,
-    /// Step size, or the time between two frames for an adaptive run, s.
+    /// Step size, s. For an adaptive run, the time between two frames.
     pub step_s: f64,
-    /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` for a run that did not get there.
+    /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` if the run did not reach it.
     pub error: Option<f64>,
-    /// Greatest total energy at the end of a step above that at the start, J; 0 if it never rose.
+    /// Greatest rise of the total energy above its start at the end of a step, J; 0 if it never
+    /// rose.
     pub energy_gain_j: f64,
-    /// Substeps that stand; without control, steps.
+    /// Number of accepted substeps; without step size control, number of steps.
     pub substeps: u64,
-    /// Substeps that were taken back.
+    /// Number of rejected substeps.
     pub rejected: u64,
-    /// Set-ups of the kept matrix.
+    /// Number of set-ups of the kept matrix.
     pub setups: u64,
-    /// Factorisations of Newton's matrix.
+    /// Number of factorisations of Newton's matrix.
     pub factorisations: u64,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub newton_iterations: u64,
-    /// Updates of the right-hand side.
+    /// Number of updates of the right-hand side.
     pub outer_passes: u64,
-    /// CG iterations.
+    /// Number of CG iterations.
     pub cg_iterations: u64,
-    /// Products with the matrix.
+    /// Number of products with the matrix.
     pub matvecs: u64,
-    /// Sweeps over the springs that evaluated forces or energies.
+    /// Number of sweeps over the springs that evaluated forces or energies.
     pub force_evaluations: u64,
-    /// All work, weighed in sweeps over the springs. A product with the scalar matrix counts 2,
-    /// with Newton's 3×3 blocks 6, a set-up of the scalar matrix 30, a factorisation of Newton's
-    /// 1000, a solve with its factor 18.
+    /// All work, in sweeps over the springs. A product counts 2 with the scalar matrix and 6 with
+    /// Newton's 3×3 blocks. A set-up of the scalar matrix counts 30, a factorisation of Newton's
+    /// 1000, and a solve with its factor 18.
     pub work_sweeps: u64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// `completed`, `diverged` or `over budget`.
     pub verdict: Verdict,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -101,7 +103,7 @@ pub struct History {
     pub label: String,
     /// Tolerance, mesh widths.
     pub tolerance: f64,
-    /// End of each frame, s.
+    /// Time at the end of each frame, s.
     pub time_s: Vec<f64>,
     /// Mean size of the substeps of each frame, s.
     pub step_s: Vec<f64>,
@@ -121,26 +123,27 @@ pub struct TimingRow {
     pub is_adaptive: bool,
     /// As [`Run::value`].
     pub value: Option<f64>,
-    /// Raw samples of all steps together, ns.
+    /// Samples of the time of all steps together, ns.
     pub samples_ns: Vec<u64>,
     /// Median of the samples, s.
     pub median_s: f64,
 }
 
-/// An adaptive run, and the cheapest constant step that is at least as exact.
+/// An adaptive run, and the run with the longest constant step that is at least as accurate.
 pub(super) struct Matched<'a> {
     pub(super) adaptive: &'a Run,
     pub(super) constant: &'a Run,
 }
 
 impl Matched<'_> {
-    /// Work of the adaptive run over the constant step's.
+    /// Work of the adaptive run, over that of the constant step.
     pub(super) fn ratio(&self) -> f64 {
         self.adaptive.work_sweeps as f64 / self.constant.work_sweeps as f64
     }
 }
 
-/// Adaptive runs that a constant step matches in error, without those of the [`PLAIN`] estimate.
+/// The adaptive runs for which some constant step is at least as accurate, except runs of the
+/// [`PLAIN`] estimate.
 pub(super) fn matched(facts: &Facts) -> Vec<Matched<'_>> {
     let steps = || facts.runs.iter().filter(|run| run.series == "steps");
     let adaptive = steps().filter(|run| run.is_adaptive && run.label != PLAIN);
@@ -156,7 +159,7 @@ pub(super) fn matched(facts: &Facts) -> Vec<Matched<'_>> {
     pairs.collect()
 }
 
-/// Labels of the methods whose inner tolerance is run as a constant and by Eisenstat and Walker.
+/// Labels of the methods that run with constant inner tolerances and with Eisenstat and Walker's.
 pub(super) fn inner(facts: &Facts) -> Vec<&str> {
     let forcing = || facts.runs.iter().filter(|run| run.series == "forcing");
     let walker = forcing().filter(|run| run.value.is_none());

@@ -1,4 +1,4 @@
-//! Experiment `solver-control`: what the paper names as further work, measured.
+//! Experiment `solver-control`: measurements of what the paper names as further work.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -7,7 +7,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{At, Axis, Draft, Point, Rule, Series, Sheet, State, names, panels_of};
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -54,7 +54,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// Labels of the stepped methods, in the legend's order, with their order.
+/// Labels of the methods with varied steps, in the legend's order, each with its order of
+/// convergence.
 const STEPPED: [(&str, u32); 5] = [
     ("backward-euler", 1),
     ("imex-euler", 1),
@@ -64,7 +65,7 @@ const STEPPED: [(&str, u32); 5] = [
 ];
 const INNER: [&str; 2] = ["backward-euler", "imex-euler"];
 
-/// A scene in a few words.
+/// A short name of a scene.
 fn name(scene: &Scene) -> String {
     let kind = scene.id.split('-').next().unwrap_or(&scene.id);
     format!("{kind}, k/m = {} s⁻²", power(scene.stiffness_over_mass_per_s2))
@@ -82,7 +83,8 @@ fn work(run: &Run) -> f64 {
     run.work_sweeps as f64
 }
 
-/// What an error costs; a run without an error stands where the error is as large as the motion.
+/// A point at the error of a run and its cost `y`. A run without an error is drawn at an error of
+/// 1.
 fn point(run: &Run, y: f64) -> Point {
     match run.error {
         Some(x) => Point { x, y, state: State::Stable },
@@ -90,7 +92,7 @@ fn point(run: &Run, y: f64) -> Point {
     }
 }
 
-/// Constant and adaptive runs of some methods on a scene.
+/// The curves of constant and of adaptive runs of some methods on a scene.
 fn curves(
     input: &Input,
     scene: &Scene,
@@ -285,7 +287,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     inner.chain([adaptive(input), steps]).chain(seconds).collect()
 }
 
-/// What adaptive steps save, the best first.
+/// The table of the savings by adaptive steps, largest first.
 fn adaptive(input: &Input) -> Table {
     let mut pairs = matched(&input.facts);
     pairs.sort_by(|a, b| a.ratio().total_cmp(&b.ratio()));

@@ -1,4 +1,4 @@
-//! The words of the study `solver-control`: its question, and what its numbers say.
+//! The words of the study `solver-control`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, PLAIN, Run, Scene, inner, matched};
 use drape_report::number::{setting, significant};
@@ -10,7 +10,7 @@ pub(super) const QUESTION: &str = "What do variable forcing terms, saved Jacobia
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion: Vec<_> = [adaptive(facts), forcing(facts)].into_iter().flatten().collect();
     let conclusion = match &conclusion[..] {
@@ -32,7 +32,7 @@ fn of<'a>(
     facts.runs.iter().filter(move |run| run.series == series && run.scene == scene.id)
 }
 
-/// Least and greatest of a value over the scenes, as text.
+/// Least and greatest value over the scenes, as text.
 fn range(facts: &Facts, value: impl Fn(&Scene) -> Option<f64>) -> Option<String> {
     let values: Vec<f64> = facts.scenes.iter().filter_map(value).collect();
     let least = significant(values.iter().copied().reduce(f64::min)?, 2);
@@ -58,8 +58,8 @@ fn adaptive(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Iterations with Eisenstat and Walker's terms over the best constant one's, for Newton's inner
-/// CG.
+/// CG iterations within Newton's method: those with Eisenstat and Walker's terms, over those with
+/// the best constant term.
 fn forcing(facts: &Facts) -> Option<String> {
     let ratio = |scene: &Scene| {
         let runs = of(facts, "forcing", scene);
@@ -105,7 +105,7 @@ fn preconditioners(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// The same terms for updated CG.
+/// The same ratio for updated CG, over full solves.
 fn updates(facts: &Facts) -> Option<String> {
     let ratio = |scene: &Scene| {
         let find = |end: &str| of(facts, "forcing", scene).find(|run| run.label.ends_with(end));
@@ -119,7 +119,7 @@ fn updates(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// How loose a linear solve the method with one system a step stands.
+/// The largest inner tolerance of the method with one system a step, and its gains of energy.
 fn loose(facts: &Facts) -> Option<String> {
     let own = |scene| {
         let runs = of(facts, "forcing", scene).filter(|run| run.value.is_some());
@@ -153,7 +153,7 @@ fn loose(facts: &Facts) -> Option<String> {
         ))
 }
 
-/// What the estimator of IMEX Euler sees, on the scene where it differs most.
+/// Error and substeps with each of IMEX Euler's estimators, on the scene where they differ most.
 fn splitting(facts: &Facts) -> Option<String> {
     let tightest = |scene: &'_ Scene| {
         let plain = of(facts, "steps", scene).filter(|run| run.is_adaptive && run.label == PLAIN);

@@ -1,4 +1,4 @@
-//! Records of the experiment `stability`: which step, stiffness and damping a method survives.
+//! Records of the experiment `stability`: which steps, stiffness and damping a method survives.
 
 use drape_report::Verdict;
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ pub struct Facts {
     pub cells: Vec<Cell>,
     /// The longest stable steps.
     pub limits: Vec<Limit>,
-    /// How much explicit shear stiffness beside implicit tension is borne.
+    /// How much explicit shear stiffness a method survives beside implicit tension.
     pub shear: Vec<Shear>,
 }
 
@@ -33,23 +33,23 @@ pub struct Cell {
     pub damping_over_mass_per_s: f64,
     /// Step size, s.
     pub step_s: f64,
-    /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`: the worst of all
-    /// starts.
+    /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`: the worst verdict
+    /// of all starts.
     pub verdict: Verdict,
-    /// Number of perturbed starts.
+    /// Number of perturbed starts that were run.
     pub starts: u32,
-    /// Greatest rise of the energy above its start over `E_ref`, the energy that the scene sets
+    /// Greatest rise of the energy above its start, over `E_ref`, the energy that the scene sets
     /// free.
     pub gain: f64,
-    /// Drift of the energy over the run, over `E_ref`: by a fitted straight line, the greatest in
-    /// size.
+    /// Drift of the energy over the run, by a fitted straight line, over `E_ref`. It is the
+    /// greatest in size of all starts.
     pub drift: f64,
-    /// Greatest distance of the free edge's midpoint from its start within 2 s, over the true one;
-    /// the least of all starts; `None` for a run that ended before.
+    /// Greatest distance of the free edge's midpoint from its start within 2 s, over the true one:
+    /// the least of all starts. `None` if a run ended before 2 s.
     pub reach: Option<f64>,
-    /// Simulated time, s; the least of all starts.
+    /// Simulated time, s: the least of all starts.
     pub reached_s: f64,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
@@ -57,8 +57,8 @@ pub struct Cell {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limit {
-    /// `pair`: two free particles on a spring of rest length 0, where theory is exact; `sheet`: the
-    /// hanging sheet, where it is a bound.
+    /// `pair` or `sheet`. The pair is two free particles on a spring of rest length 0, for which
+    /// theory is exact. The sheet is the hanging sheet, for which theory is a bound.
     pub scene: String,
     /// Short name for legends.
     pub label: String,
@@ -70,27 +70,28 @@ pub struct Limit {
     pub damping_over_mass_per_s: f64,
     /// Largest eigenvalue of `M⁻¹ L_k`, 1/s².
     pub largest_eigenvalue_per_s2: f64,
-    /// The rule behind [`Limit::theory_s`], in words.
+    /// The rule from which [`Limit::theory_s`] follows, in words.
     pub rule: String,
-    /// Longest step for which no mode grows, s, from the closed form; 0 where every step lets one
-    /// grow; `None` where theory has no limit within the range, or there is no theory.
+    /// Longest step for which no mode grows, s, from the closed form. It is 0 if a mode grows at
+    /// every step, and `None` if there is no theory or no limit within the range.
     pub theory_s: Option<f64>,
-    /// Longest step for which no mode's energy grows by more than 2 % within the run, s: a longer
-    /// one can be seen to fail.
+    /// Longest step for which no mode's energy grows by more than 2 % within the run, s. Failure of
+    /// a longer step is visible.
     pub visible_s: Option<f64>,
-    /// Longest step that was found stable, s: within 5 % of one that is not; `None` where none was.
+    /// Longest step that was found stable, s; an unstable step is at most 5 % longer. `None` if no
+    /// step was stable.
     pub measured_s: Option<f64>,
-    /// Whether no unstable step was found: then `measured_s` is the longest step of the range.
+    /// Whether no unstable step was found. Then `measured_s` is the longest step of the range.
     pub is_unlimited: bool,
     /// Shortest and longest step of the range, s.
     pub range_s: [f64; 2],
     /// Number of runs.
     pub runs: u32,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// One ratio of explicit shear to implicit tension.
+/// A scan over the ratio of explicit shear to implicit tension.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shear {
@@ -102,20 +103,20 @@ pub struct Shear {
     pub stiffness_over_mass_per_s2: f64,
     /// Step size, s.
     pub step_s: f64,
-    /// Ratio up to which no mode has `θ_E > 4 + θ_I` at any positions of the sheet.
+    /// Ratio up to which no mode has `θ_E > 4 + θ_I`, whatever the positions of the sheet.
     pub bound: f64,
-    /// Ratio from which on some mode has `θ_E > 4 + θ_I` at the start already; `None` where no
-    /// ratio that was run has one.
+    /// Ratio from which on some mode has `θ_E > 4 + θ_I` at the start. `None` if no ratio that was
+    /// run has one.
     pub start_bound: Option<f64>,
-    /// Least ratio that is not stable.
+    /// Least ratio at which the run is not stable.
     pub first_failure: Option<f64>,
     /// The ratios with their verdicts and gains of energy over `E_ref`.
     pub ratios: Vec<Ratio>,
-    /// Same bits on every machine.
+    /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
 
-/// One run of such a scan.
+/// One run of a scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ratio {
@@ -128,18 +129,18 @@ pub struct Ratio {
 }
 
 impl Limit {
-    /// Whether it is that of two particles.
+    /// Whether the limit belongs to the pair.
     pub(super) fn is_pair(&self) -> bool {
         self.scene == "pair"
     }
 
-    /// Whether the method solves as loosely as the paper.
+    /// Whether the method's solver stops as early as the paper's.
     pub(super) fn is_loose(&self) -> bool {
         self.method.contains("forcing_term=0.05")
     }
 }
 
-/// Measured over theory; `None` where theory has no finite limit.
+/// Measured over theoretical limit; `None` if theory has no finite limit.
 pub(super) fn over_theory(limit: &Limit) -> Option<f64> {
     let theory = limit.theory_s.filter(|theory| *theory > 0.0)?;
     Some(limit.measured_s.unwrap_or(0.0) / theory)

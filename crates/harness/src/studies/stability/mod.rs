@@ -1,4 +1,4 @@
-//! Experiment `stability`: which step, stiffness and damping a method survives.
+//! Experiment `stability`: which steps, stiffness and damping a method survives.
 
 pub mod facts;
 pub(crate) mod plates;

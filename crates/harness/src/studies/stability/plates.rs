@@ -10,7 +10,7 @@ use drape_report::plot::{
     At, Atlas, Axis, Look, Map, Panel, Point, Rule, Series, Shade, Sheet, State, Tile, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[
@@ -99,7 +99,7 @@ fn by_damping(input: &Input) -> Option<Atlas> {
     atlas(&cells, |cell| cell.damping_over_mass_per_s, note)
 }
 
-/// A map for each label: steps to the right, another quantity upwards.
+/// A map for each label, with steps to the right and another quantity upwards.
 fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas> {
     let steps = values(cells.iter().map(|cell| cell.step_s));
     let mut rows = values(cells.iter().map(|cell| of(cell)));
@@ -115,7 +115,7 @@ fn atlas(cells: &[&Cell], of: impl Fn(&Cell) -> f64, note: &str) -> Option<Atlas
         Map { tiles: tiles.collect(), title: label }
     };
     let maps: Vec<_> = labels.into_iter().map(map).collect();
-    // Decades only: there is no room for more.
+    // Only decades have labels: there is no room for more.
     let tick = |step: &f64| {
         let text = power(*step);
         if text.contains('.') { String::new() } else { text }
@@ -168,9 +168,9 @@ fn ratios(input: &Input) -> Option<Sheet> {
     (!labels.is_empty()).then(|| Sheet { panels: vec![panel], notes: Vec::new() })
 }
 
-/// Gains below this are none.
+/// Smaller gains count as none.
 const LEAST_GAIN: f64 = 1e-6;
-/// Gains above this are drawn on the upper edge.
+/// Larger gains are drawn on the upper edge.
 const MOST_GAIN: f64 = 1e6;
 
 fn shear(input: &Input) -> Option<Sheet> {
@@ -302,7 +302,7 @@ fn scans(input: &Input) -> Table {
     }
 }
 
-/// Cells by verdict, the variant with the greatest share without gain first.
+/// Counts of cells by verdict. The variant with the greatest share of cells without gain is first.
 fn counts(input: &Input) -> Table {
     let mut header = texts(&["method", "without gain (%)"]);
     header.extend(KNOWN.iter().map(|(verdict, ..)| verdict.to_string()));

@@ -1,4 +1,4 @@
-//! The words of the study `stability`.
+//! The words of the study `stability`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, EXACT, Facts, Limit, has_gained, labels, over_theory};
 use drape_report::number::{power, setting, significant, trimmed};
@@ -12,13 +12,13 @@ pub(super) const BUILDS_ON: &[&str] = &["order"];
 
 /// The bisection of the longest stable step ends at this relative width.
 const WIDTH: f64 = 0.05;
-/// Solver and round-off may let the energy rise by this share of `E_ref`, where a theorem says that
+/// Share of `E_ref` by which solver and round-off may raise the energy, where a theorem says that
 /// it does not rise.
 const ROUND_OFF: f64 = 1e-6;
-/// A sentence names at most so many variants.
+/// Largest number of variants that a sentence names.
 const FEW: usize = 5;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [clean(facts), standstill(facts), pair(facts)];
     let mut conclusion: Vec<_> = conclusion.into_iter().flatten().collect();
@@ -40,12 +40,12 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// Names, or their number where they are too many for a sentence.
+/// Names, or their number if they are too many for a sentence.
 fn names(labels: &[&str]) -> String {
     if labels.len() > FEW { format!("{} variants", labels.len()) } else { labels.join("; ") }
 }
 
-/// The cells of a label that came to a verdict.
+/// The cells of a label that have a verdict.
 fn decided<'a>(facts: &'a Facts, label: &'a str) -> impl Iterator<Item = &'a Cell> + Clone {
     let cells = facts.cells.iter().filter(move |cell| cell.label == label);
     cells.filter(|cell| cell.verdict != Verdict::OverBudget)
@@ -69,7 +69,7 @@ fn clean(facts: &Facts) -> Option<String> {
     })
 }
 
-/// Stable because it does not move.
+/// Variants that are stable only because they do not move.
 fn standstill(facts: &Facts) -> Option<String> {
     let is_still = |label: &&str| {
         let of = |verdict| decided(facts, label).filter(|cell| cell.verdict == verdict).count();
@@ -88,7 +88,7 @@ fn standstill(facts: &Facts) -> Option<String> {
 #[derive(Clone, Copy, PartialEq)]
 enum Agreement {
     Agrees,
-    /// The solve is too loose for theory.
+    /// The solver stops too early for theory, which has no limit here.
     Loose,
     Differs,
 }
@@ -96,7 +96,7 @@ enum Agreement {
 fn agreement(limit: &Limit) -> Agreement {
     let agrees = match (limit.theory_s, limit.measured_s) {
         (None, _) => limit.is_unlimited,
-        // No step is stable in theory; growth may be too slow to be seen.
+        // In theory no step is stable, but growth may be too slow to be visible.
         (Some(0.0), measured) => {
             measured.is_none_or(|h| h <= (1.0 + WIDTH) * limit.visible_s.unwrap_or_default())
         }
@@ -112,7 +112,7 @@ fn agreement(limit: &Limit) -> Agreement {
     }
 }
 
-/// Two particles, where theory is exact.
+/// Agreement with theory on two particles, where it is exact.
 fn pair(facts: &Facts) -> Option<String> {
     let all: Vec<_> = facts.limits.iter().filter(|limit| limit.is_pair()).map(agreement).collect();
     let count = |kind: Agreement| all.iter().filter(|found| **found == kind).count();
@@ -134,7 +134,7 @@ fn pair(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The energy theorem of IMEX Euler.
+/// Whether the energy theorem of IMEX Euler holds.
 fn theorem(facts: &Facts) -> Option<String> {
     let greatest = facts.cells.iter().filter(|cell| cell.label == EXACT).map(|cell| cell.gain);
     let greatest = greatest.reduce(f64::max)?;
@@ -147,7 +147,7 @@ fn theorem(facts: &Facts) -> Option<String> {
     Some(format!("The energy theorem of IMEX Euler, solved tightly, {verdict}: the energy {rise}."))
 }
 
-/// The sheet, where theory is a bound.
+/// Measured limits on the sheet, where theory is a bound.
 fn sheet(facts: &Facts) -> Option<String> {
     let sheets = facts.limits.iter().filter(|limit| !limit.is_pair());
     let ratios: Vec<_> = sheets.filter_map(over_theory).collect();
@@ -161,7 +161,7 @@ fn sheet(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// Whether explicit shear fails below the bound of theory.
+/// Whether explicit shear is stable up to the bound of theory.
 fn shear(facts: &Facts) -> Option<String> {
     let above =
         facts.shear.iter().filter(|scan| scan.first_failure.is_none_or(|f| f >= scan.bound));
@@ -197,7 +197,7 @@ fn shear_steps(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What was not found out.
+/// How many cells have no verdict.
 fn over_budget(facts: &Facts) -> Option<String> {
     let count = facts.cells.iter().filter(|cell| cell.verdict == Verdict::OverBudget).count();
     (count > 0).then(|| {

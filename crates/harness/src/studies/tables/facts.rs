@@ -5,29 +5,29 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The sweep of the forcing term.
+/// Values of the forcing term in the sweep.
 pub(super) const FORCING_TERMS: [f64; 8] = [0.2, 0.1, 0.07, 0.05, 0.03, 0.01, 1e-3, 1e-4];
 
-/// Counts within this factor of the paper's, in every row, would be called a fit.
+/// Counts fit the paper's if they are within this factor of them.
 pub(super) const COMMON_FIT: f64 = 1.25;
 
 /// [`Cell::variant`] of plain IMEX Euler.
 pub const PLAIN: &str = "plain";
 /// [`Cell::variant`] of Algorithm 1 as printed.
 pub const UPDATED_PAPER: &str = "updated-paper";
-/// [`Cell::variant`] of its safeguarded form.
+/// [`Cell::variant`] of the safeguarded form of Algorithm 1.
 pub const UPDATED_ROBUST: &str = "updated-robust";
-/// The variants of the method, in the order of every legend and table.
+/// The variants of the method, in the order of all legends and tables.
 pub const VARIANTS: [&str; 3] = [PLAIN, UPDATED_PAPER, UPDATED_ROBUST];
 
-/// A stable run that climbs by more than this share of the released energy is named.
+/// A stable run is named if its energy climbs by more than this share of the released energy.
 const CLIMB: f64 = 0.02;
 
-/// All rows, those with the assumed exponents first.
+/// All rows. Those with the assumed exponents come first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// One a row of the paper's tables and assumed exponent.
+    /// One row for each row of the paper's tables and reading of its exponent.
     pub rows: Vec<Row>,
 }
 
@@ -37,7 +37,7 @@ pub struct Facts {
 pub struct Row {
     /// Key of the row, e.g. `table2-row1-1e4`.
     pub id: String,
-    /// 2 (square table) or 3 (hanging textile), as the text of the paper numbers them.
+    /// 2 (square table) or 3 (hanging textile), as numbered in the paper's text.
     pub table: u32,
     /// Row within the table, from 1.
     pub row: u32,
@@ -47,22 +47,22 @@ pub struct Row {
     pub particles: usize,
     /// Stiffness over mass of the structural springs, 1/s².
     pub stiffness_over_mass_per_s2: f64,
-    /// Whether drape takes this reading of the illegible exponent (4 and 6); the neighbouring
-    /// readings stand beside it.
+    /// Whether drape takes this reading of the illegible exponent (4 and 6). The neighbouring
+    /// readings are run for comparison.
     pub assumed_reading: bool,
     /// Damping over mass of the structural springs, 1/s.
     pub damping_over_mass_per_s: f64,
     /// Time step, s.
     pub step_s: f64,
-    /// What the paper printed.
+    /// The printed numbers of the paper.
     pub paper: PaperRow,
-    /// Counts over one simulated second.
+    /// One cell for each run: counts over one simulated second.
     pub cells: Vec<Cell>,
-    /// For each variant the forcing term whose count comes nearest to the paper's, by ratio.
+    /// The forcing term of each variant whose count is nearest to the paper's, by ratio.
     pub best_fit: Vec<BestFit>,
 }
 
-/// The printed columns.
+/// The printed columns of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperRow {
@@ -94,17 +94,17 @@ pub struct Cell {
     pub newton_iterations: u64,
     /// Matrix-vector products.
     pub matvecs: u64,
-    /// Steps whose solver stopped before its tolerance.
+    /// Number of steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
     /// Greatest rise of the total energy above its start, J.
     pub energy_gain_j: f64,
-    /// Greatest rise of the total energy above its least value so far, over the energy that the
+    /// Greatest rise of the total energy above its least value before, over the energy that the
     /// scene sets free.
     pub energy_climb: f64,
     /// `stable`, `marginal`, `unstable` or `diverged`.
     pub verdict: Verdict,
-    /// Whether every number of the cell has the same bits on every machine (no library
-    /// factorisation took part).
+    /// Whether every number of the cell has the same bits on every machine, i.e. no library
+    /// factorisation took part.
     pub portable: bool,
 }
 
@@ -114,15 +114,15 @@ pub struct Cell {
 pub struct BestFit {
     /// As in [`Cell::variant`].
     pub variant: String,
-    /// The ε of the sweep that fits best.
+    /// The ε of the sweep with the nearest count.
     pub forcing_term: f64,
     /// CG iterations in one second with that ε.
     pub cg_iterations: u64,
-    /// CG iterations with that ε over the paper's.
+    /// CG iterations with that ε, over the paper's.
     pub ratio: f64,
 }
 
-/// Times of one row, one variant, one policy for the matrix.
+/// Times of one row with one variant and one policy for the matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimingRow {
@@ -134,17 +134,18 @@ pub struct TimingRow {
     pub method: String,
     /// `kept` (built once) or `rebuilt` (each step, as the paper's varying moduli need).
     pub matrix: String,
-    /// CG iterations in one second (to tie the time to the count).
+    /// CG iterations in one second. They connect the time with the count.
     pub cg_iterations: u64,
     /// Number of steps in one simulated second.
     pub steps: u64,
-    /// Nanoseconds in all `step` calls together, one entry a repetition, phase clock off.
+    /// Nanoseconds in all `step` calls together with the phase clock off: one entry for each
+    /// repetition.
     pub samples_ns: Vec<u64>,
     /// Median of the samples, s.
     pub solver_s: f64,
     /// Seconds before the first step: allocation, first build of matrix and preconditioner.
     pub prepare_s: f64,
-    /// Phases of a separate pass with the phase clock on, s.
+    /// Times of the phases in a separate pass with the phase clock on, s.
     pub phases_s: Phases,
 }
 
@@ -153,12 +154,12 @@ pub(super) fn assumed(rows: &[Row]) -> impl Iterator<Item = &Row> + Clone {
     rows.iter().filter(|row| row.assumed_reading)
 }
 
-/// By which factor a count is off, at least 1.
+/// The factor, at least 1, by which a ratio is off.
 fn factor(ratio: f64) -> f64 {
     ratio.max(1.0 / ratio)
 }
 
-/// Whether a best fit comes near the paper's count by a stable run.
+/// Whether a best fit is near the paper's count and its run is stable.
 pub(super) fn fits(row: &Row, fit: &BestFit) -> bool {
     let is_stable = |cell: &Cell| {
         cell.variant == fit.variant
@@ -168,12 +169,12 @@ pub(super) fn fits(row: &Row, fit: &BestFit) -> bool {
     factor(fit.ratio) <= COMMON_FIT && row.cells.iter().any(is_stable)
 }
 
-/// Whether the verdict is stable although the energy climbs after it fell.
+/// Whether a run is stable although its energy climbs again after a fall.
 pub(super) fn climbs(cell: &Cell) -> bool {
     cell.verdict == Verdict::Stable && cell.energy_climb > CLIMB
 }
 
-/// Stiffness over mass of the reading of a row whose best count comes nearest to the paper's.
+/// Stiffness over mass of the reading whose best count is nearest to the paper's, 1/s².
 pub(super) fn nearest_reading(rows: &[Row], of: &Row, variant: &str) -> Option<f64> {
     let same = rows.iter().filter(|row| (row.table, row.row) == (of.table, of.row));
     let fits = same.filter_map(|row| {
@@ -183,7 +184,7 @@ pub(super) fn nearest_reading(rows: &[Row], of: &Row, variant: &str) -> Option<f
     fits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
 }
 
-/// The factor by which a forcing term misses the paper's count in the worst row; `None` where a row
+/// The factor by which a forcing term misses the paper's count in the worst row; `None` if some row
 /// was not run with it.
 pub(super) fn worst_factor(rows: &[Row], variant: &str, term: f64) -> Option<f64> {
     assumed(rows).try_fold(1.0_f64, |worst, row| {
@@ -193,7 +194,7 @@ pub(super) fn worst_factor(rows: &[Row], variant: &str, term: f64) -> Option<f64
     })
 }
 
-/// The forcing term that serves all rows best, and the factor by which it misses the worst.
+/// The forcing term with the least factor in its worst row, and that factor.
 pub(super) fn best_common(rows: &[Row], variant: &str) -> Option<(f64, f64)> {
     let factors = FORCING_TERMS
         .into_iter()

@@ -1,4 +1,4 @@
-//! Figures of the experiment `tables`: the paper's two tables, beside ours.
+//! Figures of the experiment `tables`: the paper's two tables with drape's counts.
 
 pub(super) mod tabulated;
 
@@ -12,7 +12,7 @@ use drape_report::plot::{
     place_of,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 /// All figures, in the page's order.
@@ -47,18 +47,18 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
 ];
 
-/// Variants of the rows' cells, in order.
+/// The variants of the rows' cells, in order.
 pub(super) fn variants(facts: &Facts) -> Vec<&str> {
     names(&VARIANTS, facts.rows.iter().flat_map(|row| &row.cells).map(|cell| cell.variant.as_str()))
 }
 
-/// How the run of a variant at a forcing term ended.
+/// The verdict on the run of a variant at a forcing term.
 pub(super) fn verdict(row: &Row, variant: &str, forcing_term: f64) -> Option<Verdict> {
     let cells = || row.cells.iter().filter(|cell| cell.variant == variant);
     cells().find(|cell| cell.forcing_term == forcing_term).map(|cell| cell.verdict)
 }
 
-/// The printed table's subject.
+/// The subject of the printed table.
 pub(super) fn subject(row: &Row) -> &str {
     match row.table {
         2 => "square table",
@@ -74,7 +74,8 @@ fn heading(row: &Row) -> String {
 /// Methods behind the variants.
 const METHODS: [&str; 3] = ["imex-euler", "imex-updated", "imex-updated"];
 
-/// The look of a variant; forms of a method have markers of their own, for some stand without lines.
+/// The look of a variant. Some variants are drawn without lines, so forms of one method have
+/// different markers.
 pub(in crate::studies) fn look_of_variant(variant: &str) -> Look {
     match place_of(variant, &VARIANTS) {
         n if n < METHODS.len() => looks(&METHODS)[n].shifted(n / 2),
@@ -175,25 +176,25 @@ fn exponents(input: &Input) -> Option<Sheet> {
     )
 }
 
-/// Seconds in CG, in the set-up of the matrix and in all else.
+/// Seconds in CG, in the set-up of the matrix, and in the rest.
 pub(super) fn parts(row: &TimingRow) -> [f64; 3] {
     let phases = &row.phases_s;
     [phases.solve, phases.matrix_setup, phases.forces + phases.contact + phases.update]
 }
 
-/// Seconds in CG, in the set-up of the matrix and in all else, as the paper printed them.
+/// Seconds in CG, in the set-up of the matrix, and in the rest, as the paper printed them.
 pub(super) fn paper_parts(row: &Row) -> [f64; 3] {
     let paper = &row.paper;
     let rest = (paper.solver_s - paper.cg_s - paper.matrix_setup_s).max(0.0);
     [paper.cg_s, paper.matrix_setup_s, rest]
 }
 
-/// `plain, matrix kept`.
+/// The name of a timed case, e.g. `plain, matrix kept`.
 pub(super) fn timed_case(row: &TimingRow) -> String {
     format!("{}, matrix {}", row.variant, row.matrix)
 }
 
-/// Milliseconds with three digits.
+/// Milliseconds with three digits, as text.
 pub(super) fn milliseconds(seconds: f64) -> String {
     significant(1e3 * seconds, 3)
 }

@@ -16,12 +16,12 @@ use std::collections::BTreeMap;
 
 /// Simulated time of each row, s.
 const DURATION: f64 = 1.0;
-/// Repetitions of each timed run.
+/// Number of repetitions of each timed run.
 const REPETITIONS: usize = 5;
 const QUICK_FORCING_TERMS: [f64; 3] = [0.1, 0.05, 0.01];
 const ROBUST_FORCING_TERMS: [f64; 3] = [0.1, 0.03, 0.01];
 
-/// A row as printed; the exponent is the reading that fits.
+/// A row as printed, with drape's reading of its exponent.
 pub(crate) struct Printed {
     pub(crate) table: u32,
     pub(crate) row: u32,
@@ -87,12 +87,12 @@ pub(crate) const PRINTED: [Printed; 6] = [
     },
 ];
 
-/// Exact, where the library's power function may round differently from machine to machine.
+/// A power of ten without rounding: a library's power function may differ between machines.
 fn power_of_ten(exponent: i32) -> f64 {
     (0..exponent).fold(1.0, |power, _| power * 10.0)
 }
 
-/// A printed row under one reading of its exponent.
+/// A printed row with one reading of its exponent.
 struct Reading {
     printed: &'static Printed,
     exponent: i32,
@@ -101,7 +101,7 @@ struct Reading {
     reference_energy: f64,
 }
 
-/// The scene of a row, in one reading of its exponent.
+/// The scene of a row with one reading of its exponent.
 fn spec(scene: &str, exponent: i32) -> Result<SystemSpec, HarnessError> {
     Ok(with_stiffness(bundled(scene)?, power_of_ten(exponent)).discretise()?)
 }
@@ -128,7 +128,7 @@ impl Reading {
 /// Settings of Algorithm 1 as printed, over all springs.
 const AS_PRINTED: &str = "safeguard=paper,norm=euclid,start=extrapolated";
 
-/// The methods of the sweep: EEH (21), Algorithm 1 as printed, and its robust form.
+/// The method of a variant: EEH (21), Algorithm 1 as printed, or its safeguarded form.
 fn form(variant: &str, forcing_term: f64) -> String {
     match variant {
         "plain" => format!("imex-euler:norm=euclid,forcing_term={forcing_term}"),
@@ -236,7 +236,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start =
         |row: &'static Printed| Start::new(row.scene, move || spec(row.scene, row.exponent));
@@ -283,7 +283,8 @@ fn readings(context: &Context<'_>) -> Result<Vec<Reading>, HarnessError> {
     prepared(context, "scenes", &chosen, |&(printed, exponent)| Reading::new(printed, exponent))
 }
 
-/// Times plain and updated CG with the matrix kept and rebuilt each step, one run at a time.
+/// Times plain and updated CG, with the matrix kept and with the matrix rebuilt in each step. One
+/// run is timed at a time.
 fn times(context: &Context<'_>, readings: &[&Reading]) -> Result<Vec<TimingRow>, HarnessError> {
     let mut cases = Vec::new();
     for reading in readings {
@@ -329,7 +330,7 @@ fn time(
     })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let cells = facts.rows.iter().flat_map(|row| {
         row.cells.iter().map(move |cell| {

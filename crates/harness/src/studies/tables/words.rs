@@ -1,4 +1,4 @@
-//! The words of the study `tables`.
+//! The words of the study `tables`: its question, and the findings from its numbers.
 
 use super::facts::*;
 use drape_report::number::{percent, significant};
@@ -10,7 +10,7 @@ pub(super) const QUESTION: &str = "At which solver tolerance do the paper's iter
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let rows = &facts.rows;
     let conclusion = [common(rows), row_by_row(rows), undecided(rows)];
@@ -27,7 +27,7 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// Whether one ε serves all rows.
+/// Whether a single ε fits all rows.
 fn common(rows: &[Row]) -> Option<String> {
     let best = |variant| best_common(rows, variant);
     let (plain, updated) = (best(PLAIN)?, best(UPDATED_PAPER)?);
@@ -47,7 +47,7 @@ fn common(rows: &[Row]) -> Option<String> {
     })
 }
 
-/// In how many rows some ε serves.
+/// In how many rows some ε fits.
 fn row_by_row(rows: &[Row]) -> Option<String> {
     let fitting = assumed(rows).filter(|row| row.best_fit.iter().any(|fit| fits(row, fit))).count();
     let all = assumed(rows).count();
@@ -59,7 +59,7 @@ fn row_by_row(rows: &[Row]) -> Option<String> {
     })
 }
 
-/// How often the reading that is taken is the nearest, of how many.
+/// Number of cases in which drape's reading is the nearest, and number of all cases.
 fn decided(rows: &[Row]) -> (usize, usize) {
     let pairs = assumed(rows).flat_map(|row| [PLAIN, UPDATED_PAPER].map(|variant| (row, variant)));
     let nearest =
@@ -108,7 +108,7 @@ fn cells(rows: &[Row]) -> impl Iterator<Item = &Cell> + Clone {
     assumed(rows).flat_map(|row| &row.cells)
 }
 
-/// Runs that rise above their start.
+/// Number of runs that gain energy.
 fn gaining(rows: &[Row]) -> Option<String> {
     let all = cells(rows).count();
     let gaining = cells(rows).filter(|cell| cell.verdict != Verdict::Stable);
@@ -124,7 +124,7 @@ fn gaining(rows: &[Row]) -> Option<String> {
     })
 }
 
-/// Runs that the verdict calls stable although their energy climbs after it fell.
+/// Stable runs whose energy climbs again after a fall.
 fn climbing(rows: &[Row]) -> Option<String> {
     let climbing = cells(rows).filter(|cell| climbs(cell));
     let most = climbing.clone().map(|cell| cell.energy_climb).reduce(f64::max)?;
@@ -136,7 +136,7 @@ fn climbing(rows: &[Row]) -> Option<String> {
     ))
 }
 
-/// Counts that a cap cut short.
+/// Runs with solves that stopped before their tolerance.
 fn capped(rows: &[Row]) -> Option<String> {
     let cut = cells(rows).filter(|cell| cell.unconverged_steps > 0);
     let most = cut.clone().map(|cell| cell.unconverged_steps).max()?;

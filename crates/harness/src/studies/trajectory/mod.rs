@@ -1,4 +1,4 @@
-//! Experiment `trajectory`: who follows a smooth motion, by stiffness and damping.
+//! Experiment `trajectory`: which methods follow a smooth motion, by stiffness and damping.
 
 pub mod facts;
 pub(crate) mod plates;

@@ -13,7 +13,7 @@ use drape_report::plot::{
     panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[
@@ -64,7 +64,7 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![leaders(input), cheapest_runs(input), others(input), scenes(input)]
 }
 
-/// Names of the dampings, in the order of the record.
+/// Names of the dampings in the order of the record.
 fn dampings(input: &Input) -> Vec<&str> {
     crate::studies::names::labels(input.facts.scenes.iter().map(|scene| scene.damping.as_str()))
 }
@@ -141,7 +141,7 @@ fn noise(input: &Input) -> Option<Sheet> {
     )
 }
 
-/// Rows of the methods of the headline, with a look each.
+/// Rows of the headline's methods with a look each.
 fn named<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Row, Look)> {
     let own = input.facts.rows.iter().filter(|row| row.scene == scene.id && row.is_headline);
     let rows: Vec<_> = own.collect();
@@ -154,7 +154,7 @@ fn curve(label: &str, look: Look, points: Vec<(f64, f64)>) -> Option<Series> {
     Series::path(label.to_owned(), look, points.into_iter().map(point).collect())
 }
 
-/// The runs that no other beats in time and error, which ends at the noise.
+/// The Pareto front of time and error. It ends at the noise.
 fn front_of(input: &Input, scene: &Scene) -> Option<Series> {
     let on_it = runs(&input.facts, scene).filter(|(_, run)| run.is_on_front);
     let mut points: Vec<_> =
@@ -163,7 +163,7 @@ fn front_of(input: &Input, scene: &Scene) -> Option<Series> {
     Some(curve("Pareto front of all methods", FRONT, points)?.behind())
 }
 
-/// The two dampings of the figure of fronts, and the stiffnesses from the second on.
+/// The figure of fronts: the first and the last damping, with the stiffnesses from the second on.
 fn front(input: &Input) -> Option<Sheet> {
     let dampings = dampings(input);
     let ends = [*dampings.first()?, *dampings.last()?];
@@ -185,7 +185,7 @@ fn front(input: &Input) -> Option<Sheet> {
             drafts.push((vec![title], series, vec![noise]));
         }
     }
-    // A band far below all curves would squeeze them.
+    // A band far below all curves would compress them.
     let least = 0.3 * LEVELS[2];
     floors.retain(|floor| *floor > least);
     panels_of(
@@ -195,12 +195,12 @@ fn front(input: &Input) -> Option<Sheet> {
     )
 }
 
-/// What a panel of the figure of errors shows.
+/// The quantity in a panel of the figure of errors.
 struct Measure {
     title: &'static str,
     axis: &'static str,
     of: fn(&Run, &Beside) -> f64,
-    /// In the same unit.
+    /// The noise, in the same unit.
     floor: fn(&Scene) -> f64,
 }
 
@@ -231,7 +231,7 @@ const MEASURES: [Measure; 4] = [
     },
 ];
 
-/// The scene of the figure of errors, or the first.
+/// The scene of the figure of errors. If the record lacks it, the first scene.
 fn shown(input: &Input) -> Option<&Scene> {
     scene_at(input, "d/m = 10", 1e6).or(input.facts.scenes.first())
 }
@@ -274,7 +274,7 @@ fn errors(input: &Input) -> Option<Sheet> {
     (!xs.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// How often methods lead or tie.
+/// The table of how often methods lead or tie.
 fn leaders(input: &Input) -> Table {
     let facts = &input.facts;
     let counts = LEVELS.map(|level| frequent(facts, level));
@@ -306,7 +306,7 @@ fn leaders(input: &Input) -> Table {
     }
 }
 
-/// The winners with margins.
+/// The table of winners with their leads.
 fn cheapest_runs(input: &Input) -> Table {
     let place = |scene: &Scene, level: f64| {
         if !scene.ranks(level) {
@@ -330,7 +330,7 @@ fn cheapest_runs(input: &Input) -> Table {
     }
 }
 
-/// The other errors of the cheapest run of the leading method and of the others, at 1 %.
+/// The table of the other errors, for the cheapest run of the leading and of other methods at 1 %.
 fn others(input: &Input) -> Table {
     let level = LEVELS[1];
     let mut rows = Vec::new();
@@ -383,7 +383,7 @@ fn others(input: &Input) -> Table {
     }
 }
 
-/// What the scenes are, and their noise.
+/// The table of scenes and their noise.
 fn scenes(input: &Input) -> Table {
     let line = |scene: &Scene| {
         vec![

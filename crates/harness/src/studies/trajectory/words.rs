@@ -1,4 +1,4 @@
-//! The words of the study `trajectory`: its question, and what its numbers say.
+//! The words of the study `trajectory`: its question, and the findings from its numbers.
 
 use super::facts::{Beside, Facts, HALF, LEAD, Row, Run, Scene, Winner};
 use crate::studies::names;
@@ -11,11 +11,11 @@ pub(super) const QUESTION: &str =
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision"];
 
-/// The error of which the sentences speak, and a rough one.
+/// Level of error of the findings, and a larger one.
 const LEVEL: f64 = 1e-2;
 const ROUGH: f64 = 1e-1;
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let parts = [count(facts), implicit(facts), leaders(facts)];
     let observations =
@@ -35,12 +35,12 @@ pub(super) enum Kind {
     Tie,
 }
 
-/// The winner of a scene at an error; none where its noise lets nothing rank.
+/// The winner of a scene at an error; `None` if the error is too small to rank there.
 pub(super) fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner> {
     facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level)
 }
 
-/// The kind that leads; a tie where a method of the other kind costs less than [`LEAD`] times as
+/// The kind that leads. It is a tie if a method of the other kind costs less than [`LEAD`] times as
 /// much.
 pub(super) fn kind(winner: &Winner) -> Option<Kind> {
     let is_explicit = winner.is_explicit?;
@@ -52,7 +52,7 @@ pub(super) fn kind(winner: &Winner) -> Option<Kind> {
     })
 }
 
-/// The scenes on which an error ranks and is reached, with the kind that leads.
+/// The scenes on which an error ranks and is reached, each with the kind that leads.
 fn kinds(facts: &Facts) -> Vec<(&Scene, Kind)> {
     let of = |scene| Some((scene, kind(winner(facts, scene, LEVEL)?)?));
     facts.scenes.iter().filter_map(of).collect()
@@ -84,7 +84,7 @@ fn count(facts: &Facts) -> Option<String> {
     })
 }
 
-/// From where on implicit methods lead alone.
+/// The least stiffness and the least damping with which implicit methods lead alone.
 fn implicit(facts: &Facts) -> Option<String> {
     let kinds = kinds(facts);
     let own = || kinds.iter().filter(|(_, kind)| *kind == Kind::Implicit).map(|(scene, _)| *scene);
@@ -100,7 +100,7 @@ fn implicit(facts: &Facts) -> Option<String> {
     Some(format!("Implicit methods lead alone only from k/m = {stiffness} s⁻² on{ratio}."))
 }
 
-/// How often noise forbids a ranking.
+/// On how many sheets noise prevents a ranking.
 fn unranked(facts: &Facts) -> Option<String> {
     let noisy = facts.scenes.iter().filter(|scene| !scene.ranks(LEVEL)).count();
     (noisy > 0).then(|| {
@@ -113,17 +113,17 @@ fn unranked(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The id of a form's method: its label up to a comma.
+/// The id of a form's method: the label up to a comma.
 pub(super) fn id(label: &str) -> &str {
     label.split(',').next().unwrap_or(label)
 }
 
-/// Methods that lead or tie for an error, each with the number of scenes: the most first.
+/// Methods that lead or tie for an error, with their numbers of scenes: the largest first.
 pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
     frequent_among(facts.winners.iter().filter(|winner| winner.level == level))
 }
 
-/// The same of some winners.
+/// The same count for given winners.
 fn frequent_among<'a>(winners: impl Iterator<Item = &'a Winner>) -> Vec<(&'a str, usize)> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for winner in winners {
@@ -143,7 +143,8 @@ fn frequent_among<'a>(winners: impl Iterator<Item = &'a Winner>) -> Vec<(&'a str
     counts
 }
 
-/// Which methods to try: those that lead or tie most often where a kind leads, and where both tie.
+/// The methods that lead or tie most often: where explicit or implicit methods lead alone, and
+/// where both tie.
 fn leaders(facts: &Facts) -> Option<String> {
     let most = |meant: Kind| {
         let own = facts.winners.iter().filter(|w| w.level == LEVEL && kind(w) == Some(meant));
@@ -163,7 +164,7 @@ fn leaders(facts: &Facts) -> Option<String> {
     (!parts.is_empty()).then(|| format!("First or tied most often: {}.", parts.join("; ")))
 }
 
-/// The noise of the calmest and of the wildest sheet.
+/// The least and the greatest noise of a sheet.
 fn noise(facts: &Facts) -> Option<String> {
     let of = |scene: &&Scene| scene.floor;
     let by = |a: &&Scene, b: &&Scene| of(a).total_cmp(&of(b));
@@ -188,7 +189,7 @@ pub(super) fn runs<'a>(
     rows.flat_map(|row| row.runs.iter().map(move |run| (row, run)))
 }
 
-/// The cheapest run that is good.
+/// The run with the least modelled time, of those that `is_good` accepts.
 pub(super) fn cheapest<'a>(
     runs: impl Iterator<Item = (&'a Row, &'a Run)>,
     is_good: impl Fn(&Run) -> bool,
@@ -197,8 +198,8 @@ pub(super) fn cheapest<'a>(
         .min_by(|(_, a), (_, b)| a.modelled_s.total_cmp(&b.modelled_s))
 }
 
-/// On how many sheets energy has another winner than the trajectory. A sheet that stands still keeps
-/// all of its energy: only runs that keep half of the motion are asked.
+/// On how many sheets a ranking by energy has another winner than one by the trajectory. A sheet
+/// that stands still keeps its energy, so a run must keep half of the motion.
 fn by_energy(facts: &Facts) -> Option<String> {
     let mut all = 0;
     let mut others = 0;
@@ -242,7 +243,7 @@ fn beside(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// The motion that runs keep.
+/// The share of the motion that runs near the trajectory keep.
 fn retained(facts: &Facts) -> Option<String> {
     let all = facts.rows.iter().flat_map(|row| &row.runs);
     let near = all.filter(|run| run.error.is_some_and(|error| error <= ROUGH));

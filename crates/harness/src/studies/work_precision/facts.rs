@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 /// Series of scenes in which the stiffness varies.
 pub const STIFFNESS: &str = "stiffness";
-/// Series of scenes of more and more particles, stiffness over mass fixed.
+/// Series of scenes with different numbers of particles and the same stiffness over mass.
 pub const FIXED_QUOTIENT: &str = "size, k/m fixed";
-/// Series of scenes of more and more particles, material fixed.
+/// Series of scenes with different numbers of particles and the same material.
 pub const FIXED_MATERIAL: &str = "size, material fixed";
 
-/// A lead below this factor is a tie: steps are powers of two, and the modelled time of a form may
-/// be off by as much.
+/// A lead below this factor is a tie: steps are powers of two, and modelled times may be off by as
+/// much.
 pub const LEAD: f64 = 2.0;
 
 /// All scenes and methods.
@@ -21,9 +21,9 @@ pub const LEAD: f64 = 2.0;
 pub struct Facts {
     /// Scenes with stiffness, damping and size, and the errors of their reference solutions.
     pub scenes: Vec<Scene>,
-    /// One a scene and method.
+    /// One row for each scene and method.
     pub rows: Vec<Row>,
-    /// The cheapest run by modelled time at each scene and level of error.
+    /// The cheapest run by modelled time for each scene and level of error.
     pub winners: Vec<Winner>,
 }
 
@@ -49,16 +49,16 @@ pub struct Scene {
     pub damping_over_mass_per_s: f64,
     /// Bound on the largest angular frequency, `√(8 (k + k_s)/m)`, 1/s.
     pub greatest_frequency_per_s: f64,
-    /// Simulated time after which the error is taken, s.
+    /// Simulated time, s. Errors are taken at its end.
     pub span_s: f64,
-    /// Root of the mass-weighted mean square of how far the particles move in that time, m.
+    /// Distance that the particles move in that time: the root of the mass-weighted mean square, m.
     pub motion_m: f64,
-    /// Error of the reference, in the norm of all other errors: distance of two solutions whose
-    /// tolerances differ tenfold, over the motion.
+    /// Error of the reference in the same norm as all other errors: the distance of two solutions
+    /// whose tolerances differ tenfold, over the motion.
     pub reference_error: f64,
     /// The tighter of the two tolerances of the reference.
     pub reference_tolerance: f64,
-    /// Most effort of a run, in visits of a spring.
+    /// Largest effort of a run, in visits of a spring.
     pub budget: f64,
 }
 
@@ -68,16 +68,17 @@ pub struct Scene {
 pub struct Row {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Short name for legends: the method's id, and what sets it apart from its other rows.
+    /// Short name for legends: the method's id, and what sets this row apart from the method's
+    /// others.
     pub label: String,
     /// Method id with the settings that are the same in all runs; `dop853` for the adaptive method
     /// of a library.
     pub method: String,
     /// What differs from run to run: `steps`, `tolerance` or another setting of the method.
     pub knob: String,
-    /// Whether it stands in the headline figure.
+    /// Whether the row stands in the headline figure.
     pub is_headline: bool,
-    /// One a value of the knob, from the coarsest run.
+    /// One run for each value of the knob, coarsest first.
     pub runs: Vec<Run>,
 }
 
@@ -87,23 +88,22 @@ pub struct Row {
 pub struct Run {
     /// Value of the knob: number of steps, tolerance, or another setting.
     pub value: f64,
-    /// Length of the steps that the method is asked for, s; `None` for the library, which chooses
-    /// its own.
+    /// Step that the method is asked for, s; `None` for the library, which chooses its own.
     pub step_s: Option<f64>,
     /// `completed`, `diverged` or `over budget`.
     pub verdict: Verdict,
     /// `‖x − x_ref‖_M / ‖x_ref − x_0‖_M` at the end; `None` unless completed.
     pub error: Option<f64>,
-    /// Its other errors, where the study measures them.
+    /// The run's other errors, where the study measures them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beside: Option<Beside>,
-    /// Modelled time of the run, s: its counts times the prices of the form, which were measured
-    /// once and are part of the source. Runs are ranked by it.
+    /// Modelled time of the run, s: its counts times the prices of its form. The prices were
+    /// measured once and are part of the source. Runs are ranked by this time.
     pub modelled_s: f64,
-    /// Visits of a spring, the unit of the budget. For a run over budget those when it was given
-    /// up, 0 where it was not begun.
+    /// Visits of a spring, the unit of the budget. A run over budget has its effort when it was
+    /// given up, or 0 if it was not begun.
     pub effort: f64,
-    /// Steps that it took.
+    /// Number of steps taken.
     pub steps: u64,
     /// Sweeps over all springs that evaluated forces or energies.
     pub force_evaluations: u64,
@@ -120,22 +120,22 @@ pub struct Run {
     /// Whether no run of any method on this scene has at most this error for less modelled time.
     pub is_on_front: bool,
     /// Whether the counts have the same bits on every machine. Errors never have: the reference
-    /// passes through a library.
+    /// calls a library's functions.
     pub portable: bool,
 }
 
-/// Errors of a run beside that of the positions at the end, against the nearest true motion.
+/// Errors of a run other than the error of its positions, against the nearest true motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beside {
-    /// Mean distance of the surfaces, both ways, mean over time, m.
+    /// Mean distance of the two surfaces, both ways, m: a mean over time.
     pub shape_m: f64,
-    /// How much the 99th percentile of the strain exceeds the true one, mean over time.
+    /// 99th percentile of the strain less the true one: a mean over time.
     pub strain: f64,
-    /// Energy at the end beyond the true one, over what the scene sets free: negative where the
-    /// method dissipates.
+    /// Energy at the end less the true one, over the energy that the scene sets free. It is
+    /// negative where the method dissipates.
     pub energy: f64,
-    /// Path of the midpoint of the free edge over the true one.
+    /// Length of the path of the free edge's midpoint, over the true length.
     pub retained: f64,
 }
 
@@ -145,25 +145,25 @@ pub struct Beside {
 pub struct Winner {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Level of error: that of the winner is at most this.
+    /// Level of error: the error of the winner is at most this.
     pub level: f64,
-    /// As in [`Row::label`]; `None` where no run gets there.
+    /// As in [`Row::label`]; `None` if no run reaches the level.
     pub label: Option<String>,
-    /// Whether stiffness limits its step: an explicit method.
+    /// Whether the winner is explicit, i.e. stiffness limits its step.
     pub is_explicit: Option<bool>,
     /// Value of the winner's knob, as in [`Run::value`].
     pub value: Option<f64>,
     /// Modelled time of the winner, s.
     pub modelled_s: Option<f64>,
-    /// The cheapest row of another method.
+    /// Label of the cheapest row of another method.
     pub runner_up: Option<String>,
     /// Modelled time of the runner-up over that of the winner.
     pub ratio: Option<f64>,
-    /// Rows of other methods whose modelled time is so near that the order is not known: a tie.
+    /// Rows of other methods that tie: their modelled times are too near for an order.
     pub tied: Vec<Tied>,
 }
 
-/// A method that is as cheap as the winner, as far as can be told.
+/// A method whose modelled time ties with the winner's.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tied {
@@ -185,13 +185,14 @@ pub struct TimingRow {
     pub label: String,
     /// Value of the knob, as in [`Run::value`].
     pub value: f64,
-    /// Nanoseconds of the whole run, one entry a repetition: set-up and all steps.
+    /// Nanoseconds of the whole run, set-up and all steps: one entry for each repetition.
     pub samples_ns: Vec<u64>,
     /// Median of the samples, s.
     pub seconds: f64,
     /// Error of the run that was timed, as in [`Run::error`].
     pub error: f64,
-    /// Whether it equals the fact's to the last bit; otherwise the run is not ranked.
+    /// Whether this error equals the error in the facts to the last bit. If not, the run is not
+    /// ranked.
     pub is_verified: bool,
 }
 
@@ -204,15 +205,15 @@ pub(super) fn rows_of<'a>(
 }
 
 impl Row {
-    /// Whether it spends its budget without reaching an error of `level`.
+    /// Whether the method spends the budget without reaching an error of `level`.
     pub(super) fn misses(&self, level: f64) -> bool {
         let is_cut = self.runs.last().is_some_and(|run| run.verdict == Verdict::OverBudget);
         is_cut && cheapest(std::iter::once(self), level).is_none()
     }
 }
 
-/// The run with the least modelled time among those with an error of at most `level`; of equally
-/// dear ones the more exact.
+/// The run with the least modelled time among those with an error of at most `level`. Of equally
+/// cheap runs it is the more accurate.
 pub(in crate::studies) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,
@@ -220,7 +221,7 @@ pub(in crate::studies) fn cheapest<'a>(
     cheapest_of(rows.flat_map(|row| row.runs.iter().map(move |run| (row, run))), level)
 }
 
-/// As [`cheapest`], of chosen runs.
+/// As [`cheapest`], but among given runs.
 pub(super) fn cheapest_of<'a>(
     runs: impl Iterator<Item = (&'a Row, &'a Run)>,
     level: f64,

@@ -12,7 +12,7 @@ use drape_report::plot::{
     panels_of, values,
 };
 
-/// What the figures are drawn from.
+/// The input of the figures.
 pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 
 pub(super) const PLATES: &[Plate<Input>] = &[
@@ -84,14 +84,14 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     vec![fastest(input), cheapest(input), excess(input), calibration(input), scenes(input)]
 }
 
-/// The look of the front.
+/// The look of the Pareto front.
 pub(in crate::studies) const FRONT: Look = Look::pair(4, 3);
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 const LEVELS: &str = "errors of 10 %, 1 % and 0.1 %";
 pub(in crate::studies) const MODELLED: &str = "modelled time (s)";
 const ERROR: &str = "error over motion (dimensionless)";
 
-/// Scenes of one series over the stiffness, rising.
+/// Scenes of one series over stiffness, softest first.
 fn by_stiffness<'a>(input: &'a Input, name: &str, damping: &str) -> Vec<&'a Scene> {
     let scenes = input.facts.scenes.iter();
     let mut scenes: Vec<_> = scenes
@@ -110,14 +110,14 @@ fn rows_of<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = &'a R
     input.facts.rows.iter().filter(move |row| row.scene == scene.id)
 }
 
-/// What a run cost.
+/// Measure of what a run costs.
 #[derive(Clone, Copy, PartialEq)]
 enum Cost {
     Modelled,
     Seconds,
 }
 
-/// Cost and error of a run that completed; seconds only where the answer was verified.
+/// Cost and error of a completed run. Seconds are given only for a verified run.
 fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> {
     let error = run.error.filter(|_| run.verdict == Verdict::Completed)?;
     let spent = match cost {
@@ -137,7 +137,7 @@ fn points(input: &Input, row: &Row, cost: Cost) -> Vec<(f64, f64)> {
     row.runs.iter().filter_map(|run| point(input, row, run, cost)).collect()
 }
 
-/// A curve from the coarsest run to the finest, whose cost need not rise.
+/// A curve from the coarsest run to the finest. Its cost need not rise.
 fn curve(label: &str, look: Look, points: Vec<(f64, f64)>) -> Option<Series> {
     let point = |(x, y)| Point { x, y, state: State::Stable };
     Series::path(label.to_owned(), look, points.into_iter().map(point).collect())
@@ -163,7 +163,7 @@ fn headline_rows<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item =
     rows.into_iter().zip(looks(&methods))
 }
 
-/// A panel for each scene with the front below the curves.
+/// A panel for one scene, with the front below the curves.
 fn panel(input: &Input, scene: &Scene, title: String, cost: Cost) -> Draft {
     let curves = headline_rows(input, scene)
         .filter_map(|(row, look)| curve(&row.label, look, points(input, row, cost)));
@@ -227,7 +227,7 @@ fn sheet(mut drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
     Some(sheet)
 }
 
-/// The stiffest four of a series.
+/// The four stiffest scenes of a series.
 fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
     let scenes = by_stiffness(input, "hanging", damping);
     let last = &scenes[scenes.len().saturating_sub(4)..];
@@ -255,7 +255,7 @@ fn stiff(input: &Input) -> Option<Sheet> {
     families_of(input, [1e8, 1e10])
 }
 
-/// A row of panels for each family, a column for each stiffness.
+/// A row of panels for each family of methods, a column for each stiffness.
 fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
     let mut scenes = by_stiffness(input, "hanging", "light");
     scenes.retain(|scene| stiffnesses.contains(&scene.stiffness_over_mass_per_s2));
@@ -301,7 +301,7 @@ fn size(input: &Input) -> Option<Sheet> {
     sheet(drafts, Cost::Modelled)
 }
 
-/// A place of a map: the winner's method with its margin, in the colour of its kind, or a tie.
+/// A cell of a map: the winner's method with its lead, coloured by its kind, or a tie.
 pub(in crate::studies) fn tile(winner: Option<&Winner>) -> Tile {
     let Some((label, is_explicit, winner)) =
         winner.and_then(|winner| Some((winner.label.as_deref()?, winner.is_explicit?, winner)))
@@ -313,7 +313,7 @@ pub(in crate::studies) fn tile(winner: Option<&Winner>) -> Tile {
     tiles::winner(short(label), is_explicit, &ties, winner.ratio)
 }
 
-/// The form that takes the least time, with this time, and who ties with it or comes next.
+/// The cheapest form with its time, and the forms that tie with it or the next one.
 pub(in crate::studies) fn told_winner(winner: Option<&Winner>) -> String {
     let told = winner.and_then(|winner| {
         let (label, time) = winner.label.as_ref().zip(winner.modelled_s)?;
@@ -362,7 +362,7 @@ fn map(input: &Input) -> Option<Matrix> {
     (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
 }
 
-/// The quickest verified run for each error, by the clock.
+/// The fastest verified run for each error, by measured time.
 fn fastest(input: &Input) -> Table {
     let line = |scene: &Scene| {
         let runs = || {
@@ -392,7 +392,7 @@ fn fastest(input: &Input) -> Table {
     }
 }
 
-/// How far the modelled time of each form is from the clock.
+/// Ratio of measured to modelled time of each form.
 fn calibration(input: &Input) -> Table {
     let rows = || input.facts.rows.iter();
     let mut labels: Vec<&str> = Vec::new();
@@ -464,10 +464,10 @@ fn cheapest(input: &Input) -> Table {
     }
 }
 
-/// Error of which the table of what methods cost more speaks.
+/// Level of error in the table [`excess`].
 const LEVEL: f64 = 1e-2;
 
-/// What the methods of the headline cost beside the cheapest, along the lightly damped series.
+/// Cost of the headline's methods over the cheapest, along the lightly damped series.
 fn excess(input: &Input) -> Table {
     let scenes = by_stiffness(input, "hanging", "light");
     let mut labels: Vec<&str> = Vec::new();

@@ -1,4 +1,4 @@
-//! The words of the study `work-precision`: its question, and what its numbers say.
+//! The words of the study `work-precision`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, LEAD, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
 use drape_report::Words;
@@ -11,12 +11,12 @@ pub(super) const QUESTION: &str = "Which method is the cheapest for a given erro
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 
-/// The error that the conclusion asks for.
+/// Level of error of the conclusion.
 const LEVEL: f64 = 1e-2;
-/// Errors beside it: a rough one and a small one.
+/// Levels of error of an observation: a large one and a small one.
 const BESIDE: [f64; 2] = [1e-1, 1e-3];
 
-/// What the facts say.
+/// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusions =
         [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")];
@@ -62,7 +62,7 @@ fn kind(facts: &Facts, scene: &Scene) -> Option<Kind> {
     })
 }
 
-/// The hanging sheet at rising stiffness.
+/// The hanging sheets with one kind of damping, softest first.
 fn series<'a>(facts: &'a Facts, damping: &str) -> Vec<&'a Scene> {
     let is_in = |scene: &&Scene| {
         let is_series = scene.series.iter().any(|series| series == STIFFNESS);
@@ -116,7 +116,8 @@ fn turn(facts: &Facts, damping: &str, begin: &str) -> Option<String> {
     })
 }
 
-/// Scenes in which an explicit method is the cheapest, and scenes in which any gets there.
+/// Number of scenes where an explicit method is the cheapest at an error of `level`, and number of
+/// scenes where any method reaches it. `None` if none does.
 fn explicit<'a>(
     facts: &Facts,
     scenes: impl Iterator<Item = &'a Scene>,
@@ -128,7 +129,7 @@ fn explicit<'a>(
     (!known.is_empty()).then_some((explicit, known.len()))
 }
 
-/// A rough error against a small one.
+/// How the winners differ between a large error and a small one.
 fn levels(facts: &Facts) -> Option<String> {
     let at = |level| {
         let (explicit, all) = explicit(facts, facts.scenes.iter(), level)?;
@@ -162,7 +163,7 @@ fn sizes(facts: &Facts) -> Option<String> {
     })
 }
 
-/// What the method of the library costs: the one that is given no step.
+/// What the library's method costs. Its rows are those whose runs have no step length.
 fn library(facts: &Facts) -> Option<String> {
     let is_library = |row: &&Row| row.runs.iter().all(|run| run.step_s.is_none());
     let mut ratios = Vec::new();
@@ -189,7 +190,7 @@ fn library(facts: &Facts) -> Option<String> {
     ))
 }
 
-/// How many variants spend their budget on worse errors, at the stiffness where they are most.
+/// How many variants spend their budget on larger errors, at the stiffness where most do.
 fn missed(facts: &Facts) -> Option<String> {
     let count = |scene: &&Scene| {
         let rows = rows_of(facts, &scene.id);
@@ -254,7 +255,8 @@ mod tests {
         }
     }
 
-    /// Scenes of light damping at 1, 10, …, each with its winner's kind, runner-up's kind and lead.
+    /// Lightly damped scenes at k/m = 1, 10, …, each with its winner's kind, runner-up's kind and
+    /// lead.
     fn facts(damping: &str, winners: &[(bool, bool, f64)]) -> Facts {
         let mut facts = Facts { scenes: Vec::new(), rows: Vec::new(), winners: Vec::new() };
         let label = |is_explicit: bool| if is_explicit { "fast" } else { "firm" }.to_owned();

@@ -1,4 +1,4 @@
-//! The long study: scene by scene, as far as the time lets it.
+//! The long study. It runs scene by scene, as far as its time allows.
 
 use super::scenes::{self, Setting};
 use crate::HarnessError;
@@ -7,11 +7,11 @@ use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Measured, in_time};
 use std::collections::BTreeMap;
 
-/// The part of the journal that keeps what is known of the true motions.
+/// The part of the journal that keeps the scenes with their true motions' numbers.
 const SCENES: &str = "true motion";
 
-/// Runs the scenes in order. What there is no time for is named in the record, and a later run of
-/// the same program goes on.
+/// Runs the scenes in order. The record names the forms for which time was lacking. A later run of
+/// the same program continues there.
 pub(in crate::studies::animation) fn run(
     context: &Context<'_>,
 ) -> Result<Measured<Facts, TimingRow>, HarnessError> {
@@ -24,7 +24,8 @@ pub(in crate::studies::animation) fn run(
         let films = setting.films();
         let id = setting.scene.id.clone();
         let labels: Vec<_> = films.iter().map(|film| film.form.label.to_owned()).collect();
-        // True motions of large cloth take minutes: only forms that are still to be run need them.
+        // True motions of large cloth take minutes, so they are computed only for forms that still
+        // have to run.
         let journal = context.journal;
         let is_due =
             |k: usize| journal.kept::<Vec<Run>>(&id, k).is_none() && journal.takes(&id, k, false);
@@ -35,7 +36,7 @@ pub(in crate::studies::animation) fn run(
         } else if let Some(scene) = known {
             setting.scene = scene;
         }
-        // Without the true motion the time is over, and no form that is due is run.
+        // Without a true motion the time is over. Then no form that is due runs.
         let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
         let part = format!("{id}, timings");
         let times = in_time(context, (&part, true), &runs, |runs| {
@@ -68,7 +69,7 @@ pub(in crate::studies::animation) fn run(
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(scenes::SEED) })
 }
 
-/// Whether there was time for the true motion of the scene.
+/// Computes the true motion of a scene. Returns `false` if there was not enough time.
 fn finds_true_motion(setting: &mut Setting) -> Result<bool, HarnessError> {
     match setting.find_true_motion() {
         Err(HarnessError::Late) => Ok(false),

@@ -1,4 +1,4 @@
-//! Experiment `animation`: what a frame costs that is good enough.
+//! Experiment `animation`: what a good frame costs.
 
 mod long;
 mod scenes;
@@ -16,17 +16,17 @@ use crate::studies::{Context, Measured, Start, prepared};
 pub(super) use long::run as long;
 use scenes::{Case, Setting};
 
-/// Frames a second, in most scenes and in a film.
+/// Frames a second: in most scenes, and in the scene with the rate of a film.
 pub(super) const FRAMES_PER_S: u32 = 60;
 pub(super) const FILM: u32 = 24;
-/// Substeps of a frame of methods that stiffness does not limit.
+/// Numbers of substeps of a frame for methods that stiffness does not limit.
 const LADDER: [u32; 3] = [1, 2, 4];
-/// Substeps of a frame for explicit methods: the least that hold, and those after it.
+/// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Frames that are timed: a tenth of the scene, at least so many.
+/// Least number of frames that are timed; more if a tenth of the scene is longer.
 const TIMED: u32 = 6;
-/// Sweeps of forces a frame after which more calls of a form are dear and not tried.
+/// Number of sweeps of forces a frame from which on more calls of a form are not tried.
 const DEAR: u64 = 100;
 
 /// The forms of every method of the registry, method by method.
@@ -43,7 +43,7 @@ pub(in crate::studies) fn forms() -> Vec<Film> {
     of_registry().flatten().collect()
 }
 
-/// The first form of every method, which runs where all forms would be too dear.
+/// The first form of every method, for scenes on which all forms would be too expensive.
 fn first_forms() -> Vec<Film> {
     of_registry().filter_map(|forms| forms.into_iter().next()).collect()
 }
@@ -110,7 +110,7 @@ pub(super) fn timing() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     starts_of(scenes::cases())
 }
@@ -139,7 +139,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
     let runs = facts.runs.iter().map(|run| {
@@ -148,8 +148,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if !run.portable
             && let serde_json::Value::Object(values) = &mut fact.values
         {
-            // Cloth that folds is not repeatable after a library has rounded: its verdict is,
-            // unless it stands near a limit.
+            // If a library's functions rounded, the motion of folding cloth is not repeatable. Its
+            // verdict is, unless it is close to a limit.
             values.retain(|key, value| value.is_string() && (key != "verdict" || run.is_clear()));
         }
         fact
@@ -158,7 +158,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
 }
 
 impl Run {
-    /// Whether its verdict is far from the limits between verdicts.
+    /// Whether the verdict is far from the limits between verdicts.
     fn is_clear(&self) -> bool {
         let near_locked = self.retained.is_some_and(|retained| (0.45..0.55).contains(&retained));
         let near = |limit: f64| (0.5 * limit..2.0 * limit).contains(&self.gain);

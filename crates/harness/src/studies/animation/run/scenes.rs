@@ -1,4 +1,4 @@
-//! The cloth, its scenes, their true motion, and what a method makes of them.
+//! The cloth, its scenes, their true motions, and the runs of a method.
 
 use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, TIMED, first_forms, forms};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
@@ -21,40 +21,40 @@ use std::time::Instant;
 
 /// Damping of a spring over its stiffness, s.
 pub(super) const LIGHT: f64 = 1e-5;
-/// Of the perturbed starts.
+/// Seed of the random numbers that perturb the starts.
 pub(super) const SEED: u64 = 20;
-/// Greatest height of a particle out of the plane in a perturbed start, m.
+/// Greatest displacement of a particle out of the plane in a perturbed start, m.
 const NOISE: f64 = 1e-6;
-/// Time from one look at the surface to the next, s: at least one, to whole frames.
+/// Time between looks at the surface, s, rounded up to whole frames.
 const LOOK_S: f64 = 0.1;
-/// When the trajectories are compared, s: the last look until then.
+/// Time at which trajectories are compared, s; if no look falls on it, at the last look before.
 const EARLY_S: f64 = 0.3;
-/// Share of the stability limit at which the true motion is computed.
+/// Step of the true motion, as a share of the stability limit.
 const SAFETY: f64 = 0.25;
 /// The method of the true motion.
 const REFERENCE: &str = "leapfrog:damping=explicit";
-/// Sweeps of forces in a frame whose work a run may take; more is over budget.
+/// Largest work of a run, in sweeps of forces per frame on the usual mesh.
 pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
-/// Least work that a run may take, in visits of a spring: some seconds.
+/// A run may always take this much work, in visits of a spring: some seconds.
 pub(super) const BUDGET: f64 = 1e8;
 /// A particle this near to the ball lies on it, m.
 pub(super) const NEAR_M: f64 = 5e-3;
 /// Radius of the ball and place of its centre, m.
 const BALL_M: f64 = 0.3;
 const CENTRE_M: [f64; 3] = [0.08, 0.0, 0.0];
-/// Where wind or rings supply energy, a run gains it by the method if its kinetic energy exceeds this
-/// share of the true one.
+/// If wind or rings supply energy, a run has gained energy if its kinetic energy exceeds this share
+/// of the true one.
 pub(super) const RESTLESS: f64 = 1.5;
-/// Time in which the rings of a curtain go and come, s, and their way, m.
+/// Period of the rings of a curtain, s, and the distance that they move, m.
 const SWAY_S: f64 = 0.8;
 const SWAY_M: f64 = 0.3;
 
-/// Where the cloth is.
+/// How the cloth is placed and held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// Held by two corners, it swings down.
     Hanging,
-    /// Its upper edge goes to and fro, across the cloth.
+    /// Its upper edge moves to and fro across the cloth.
     Led,
     /// It falls on a ball, off its centre.
     Ball,
@@ -74,7 +74,7 @@ pub(super) struct Case {
     rate: u32,
     /// Simulated frames.
     frames: u32,
-    /// Starts beside the one without noise.
+    /// Number of starts beside the one without noise.
     perturbed: usize,
     /// Whether every form of a method is run.
     has_all_forms: bool,
@@ -95,9 +95,9 @@ const BASE: Case = Case {
     has_all_forms: true,
 };
 
-/// Fabrics from a firm one to a soft one with light and heavy damping, one in every place, and a
-/// curtain at the frames of a film, up to a second each. Then a scene of 5 s and a finer mesh, which
-/// only the first form of a method runs.
+/// The scenes of up to a second: firm to soft fabrics with light and heavy damping, one cloth in
+/// every place, and a curtain at the frames of a film. A scene of 5 s and a finer mesh follow,
+/// which only the first form of each method runs.
 pub(super) fn cases() -> Vec<Case> {
     vec![
         Case { side: QUICK, frames: 20, ..BASE },
@@ -115,10 +115,10 @@ pub(super) fn cases() -> Vec<Case> {
     ]
 }
 
-/// Frames of 5 s.
+/// Number of frames in 5 s.
 const LONG: u32 = 300;
 
-/// The scenes of the long study, the cheap ones first.
+/// The scenes of the long study, cheapest first.
 pub(super) fn long() -> Vec<Case> {
     let dear = Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE };
     vec![
@@ -131,7 +131,7 @@ pub(super) fn long() -> Vec<Case> {
 }
 
 impl Case {
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     pub(super) fn is_quick(&self) -> bool {
         self.side == QUICK
     }
@@ -159,7 +159,7 @@ impl Case {
         f64::from(self.frames) / f64::from(self.rate)
     }
 
-    /// Whether it lasts for seconds.
+    /// Whether the case lasts for more than a second.
     fn is_long(&self) -> bool {
         self.span_s() > 1.0
     }
@@ -168,7 +168,7 @@ impl Case {
         if self.is_heavy { HEAVY } else { LIGHT }
     }
 
-    /// What its runs are ranked by.
+    /// The measure that ranks its runs.
     fn measure(&self) -> Measure {
         match self.place {
             Place::Hanging | Place::Led => Measure::Shape,
@@ -177,8 +177,8 @@ impl Case {
         }
     }
 
-    /// Row and column of the particle whose path tells whether the cloth moves: the middle of the
-    /// edge that is free.
+    /// Row and column of the particle whose path shows whether the cloth moves: the middle of the
+    /// free edge.
     fn midpoint(&self) -> [u32; 2] {
         match self.place {
             Place::Flag => [self.side / 2, self.side - 1],
@@ -190,7 +190,7 @@ impl Case {
         json!({ "row": row, "column": column })
     }
 
-    /// The upper edge, keyed every frame.
+    /// Paths of the pins along the upper edge, with a key for every frame.
     fn led(&self) -> Vec<Value> {
         let key = |frame: u32| {
             let time = f64::from(frame) / f64::from(self.rate);
@@ -202,7 +202,7 @@ impl Case {
         (0..self.side).map(pin).collect()
     }
 
-    /// The scene in the words of a file.
+    /// The scene in the text of a scene file.
     fn text(&self) -> String {
         let last = self.side - 1;
         let mut grid = json!({
@@ -216,7 +216,7 @@ impl Case {
             "damping": "projected",
             "time": { "step_s": 0.01, "duration_s": self.span_s() },
         });
-        // The first row above, the first column to the left.
+        // The first row is above, the first column to the left.
         let upright = json!({ "axis": [1, 0, 0], "angle_deg": -90 });
         match self.place {
             Place::Hanging => scene["pins"] = json!([self.held(0, 0), self.held(0, last)]),
@@ -251,7 +251,7 @@ pub(super) struct Setting {
     simulation: Simulation,
     camera: Camera,
     members: Vec<Seen>,
-    /// When runs end, whether they are done or not.
+    /// Time at which every run ends, whether it is complete or not.
     pub(super) deadline: Option<Instant>,
 }
 
@@ -263,7 +263,7 @@ impl Setting {
         Ok(setting)
     }
 
-    /// The scene without its true motions, on which runs can be timed and not judged.
+    /// The scene without its true motions. Its runs can be timed, but not judged.
     pub(super) fn staged(case: &Case) -> Result<Self, HarnessError> {
         let case = *case;
         let spec = case.spec()?;
@@ -318,7 +318,7 @@ impl Setting {
         Ok(Self { scene, hash, case, simulation, camera, members, deadline: None })
     }
 
-    /// Computes the true motions, their noise and their error.
+    /// Computes the true motions, the noise between them, and the error of their step.
     pub(super) fn find_true_motion(&mut self) -> Result<(), HarnessError> {
         let choice = Choice::parse(REFERENCE, &[])?;
         let mut random = Random::new(SEED);
@@ -347,15 +347,16 @@ impl Setting {
         Ok(())
     }
 
-    /// Most work of a run, in visits of a spring.
+    /// Largest work of a run, in visits of a spring.
     fn budget(&self) -> f64 {
         let sweep = (self.scene.springs + self.scene.particles) as f64;
-        // On a finer mesh a wave takes more steps, and so do iterations, to cross the cloth.
+        // On a finer mesh, a wave takes more steps to cross the cloth, and information more
+        // iterations.
         let finer = f64::from(self.case.side) / f64::from(USUAL);
         BUDGET.max(SWEEPS_A_FRAME * finer * f64::from(self.case.frames) * sweep)
     }
 
-    /// Runs a method over the scene and keeps what is seen.
+    /// Runs a method over the scene. Returns the counts and what the camera saw.
     fn film(
         &self,
         start: &Simulation,
@@ -371,7 +372,7 @@ impl Setting {
         Ok((counts, seen))
     }
 
-    /// A run that ends at the deadline.
+    /// Makes a run stop at the deadline.
     fn in_time<'a>(&self, runner: Runner<'a>) -> Runner<'a> {
         match self.deadline {
             Some(deadline) => runner.stop(move |_| Instant::now() >= deadline),
@@ -379,18 +380,18 @@ impl Setting {
         }
     }
 
-    /// Refuses a run that ended at the deadline: it says nothing about its method.
+    /// Refuses a run that ended at the deadline, since it shows nothing about its method.
     fn check_time(&self, outcome: &Outcome) -> Result<(), HarnessError> {
         let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
         if outcome.is_over_budget && is_late { Err(HarnessError::Late) } else { Ok(()) }
     }
 
-    /// Runs with a few numbers of calls.
+    /// Runs with each number of calls in [`LADDER`], until more calls would be too expensive.
     fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let dear = DEAR * u64::from(self.case.frames);
         let mut runs: Vec<Run> = Vec::new();
         for substeps in LADDER {
-            // More calls take more factorisations, and more sweeps where each call is dear.
+            // More calls take more factorisations, and more sweeps if each call is expensive.
             let is_over = |run: &Run| {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
@@ -404,14 +405,14 @@ impl Setting {
         Ok(runs)
     }
 
-    /// Runs with rising numbers of calls until two are sound.
+    /// Runs with rising numbers of calls until two runs are sound.
     fn to_the_limit(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let mut runs = Vec::new();
-        // Within Gershgorin's bound nothing is unstable by stiffness.
+        // Within Gershgorin's bound stiffness makes no run unstable.
         let most = 4 * self.scene.limit_substeps;
         for substeps in EXPLICIT.into_iter().filter(|&n| n <= most) {
             let run = self.run(film, substeps)?;
-            // Neither another scene nor more work helps these.
+            // A refused run stays refused, and more calls only exceed the budget further.
             let is_over = matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
             if !run.is_sound() && !is_over && !runs.iter().any(Run::is_sound) {
                 runs.clear(); // of the failures before the first sound run the last counts
@@ -483,7 +484,8 @@ impl Setting {
         Ok(run)
     }
 
-    /// Particles on the ball at the last look, over those of another film; none without a ball.
+    /// Number of particles on the ball at the last look, over that of another film. `None` if
+    /// nothing lies on a ball.
     fn contact(&self, film: &Seen, other: &Seen) -> Option<f64> {
         let on_the_ball = |film: &Seen| {
             let lies = |x: &&Vec3| (*x - Vec3::from(CENTRE_M)).norm() <= BALL_M + NEAR_M;
@@ -543,7 +545,7 @@ impl Stage for Setting {
     }
 }
 
-/// Energy of all effects that cloth stores, J.
+/// Energy of all effects except gravity, J.
 fn elastic_energy(simulation: &Simulation) -> f64 {
     let Simulation { system, state } = simulation;
     let stores = |name: &str| name != "gravity";

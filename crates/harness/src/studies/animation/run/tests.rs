@@ -20,7 +20,7 @@ fn every_cloth_begins_without_stress() {
     }
 }
 
-/// The small sheet tells apart what stands still, what blows up and what follows.
+/// The small sheet distinguishes runs that stand still, that explode and that follow the motion.
 #[test]
 fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     let case = cases().into_iter().find(Case::is_quick).expect("a quick case");

@@ -24,7 +24,7 @@ pub(in super::super) fn tables(record: &Input) -> Vec<Table> {
     ]
 }
 
-/// Lines of a table over material, size and stiffness: one for each that `cells` hold.
+/// Lines of a table: one for each material, size and stiffness in `cells`.
 fn by_stiffness(cells: &[&Cell], columns: impl Fn(&[&Cell]) -> Vec<String>) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     for material in names(&["fixed-k-over-m"], cells.iter().map(|c| c.material.as_str())) {
@@ -119,7 +119,7 @@ fn variants(record: &Input) -> Table {
     }
 }
 
-/// Runs of plain CG that gained energy, the greatest gain first.
+/// The table of runs of plain CG that gained energy, greatest gain first.
 fn gaining(record: &Input) -> Table {
     let mut cells: Vec<_> = record.facts.cells.iter().collect();
     cells.retain(|cell| cell.series == STIFFNESS && cell.variant == PLAIN);
@@ -146,7 +146,7 @@ fn gaining(record: &Input) -> Table {
     }
 }
 
-/// All CG iterations of one second over a sweep of the step or of the forcing term.
+/// The table of CG iterations in one second, for a sweep over the step or the forcing term.
 fn sweep(record: &Input, series: &str, name: &str, of: fn(&Cell) -> f64) -> Table {
     let mut cells: Vec<_> = record.facts.cells.iter().collect();
     cells.retain(|cell| cell.series == series && with_base_solver(cell));

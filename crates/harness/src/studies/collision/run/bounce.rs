@@ -1,4 +1,4 @@
-//! Rebounds against what theory gives: a particle, and a flat sheet as a whole.
+//! Rebounds compared with theory, of a particle and of a flat sheet as a whole.
 
 use super::Form;
 use super::fall::{Body, SIDE, STEP, Target, teleport, touching};
@@ -9,12 +9,12 @@ use crate::studies::sheet::{GRAVITY, MASS, Sheet};
 use crate::studies::stepper::Stepper;
 use drape_model::{DampingLaw, GravitySpec, State, System, SystemSpec, Vec3};
 
-/// Height of the start above the surface, in seconds of the fall.
+/// Height of the start above the surface, as the time of the fall, s.
 const FLIGHT: f64 = 0.095;
 /// Stiffness over mass of the sheet, 1/s².
 const STIFFNESS: f64 = 1e4;
 
-/// A fall before it is built.
+/// A fall, before its system is built.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Case {
     pub(super) is_sheet: bool,
@@ -23,7 +23,7 @@ pub(super) struct Case {
     pub(super) restitution: f64,
 }
 
-/// Where a particle meets the sphere: off its top, so that the normal is not vertical.
+/// Where a particle meets the sphere, m: off its top, so that the normal is not vertical.
 const OFF: [f64; 2] = [0.1, 0.05];
 
 impl Case {
@@ -53,13 +53,13 @@ impl Case {
         Ok(spec)
     }
 
-    /// Whether the surface is horizontal where it is hit, so that the body rises where it fell.
+    /// Whether the surface is horizontal where it is hit. Then the body rises where it fell.
     fn is_level(&self) -> bool {
         self.target != Target::Sphere
     }
 }
 
-/// Mean position and velocity; all masses are alike.
+/// Mean position and velocity. All masses are equal.
 fn center(state: &State) -> (Vec3, Vec3) {
     let mean = |vectors: &[Vec3]| {
         vectors.iter().fold(Vec3::zeros(), |sum, v| sum + v) / vectors.len() as f64
@@ -67,7 +67,7 @@ fn center(state: &State) -> (Vec3, Vec3) {
     (mean(&state.x), mean(&state.v))
 }
 
-/// One fall and rebound.
+/// Runs one fall and its rebound.
 pub(super) fn bounce(form: &Form, case: &Case) -> Result<Bounce, HarnessError> {
     let choice = Choice::parse(form.method, &[])?;
     let mut spec = case.spec()?;
@@ -79,7 +79,7 @@ pub(super) fn bounce(form: &Form, case: &Case) -> Result<Bounce, HarnessError> {
     let drop = FLIGHT * case.speed;
     let arrival = (case.speed * case.speed + 2.0 * g * drop).sqrt();
     let rise = case.restitution * arrival / g;
-    // The way down, the way up and some steps for both to end.
+    // The way down, the way up, and some steps after both.
     let steps = ((FLIGHT + rise) / STEP).ceil() as u64 + 5;
     let mut measured = None;
     let mut height: Option<f64> = None;

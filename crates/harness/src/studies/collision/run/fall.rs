@@ -1,4 +1,4 @@
-//! A rippled sheet falls on an obstacle: scenes, and one run of a method with one way out.
+//! A rippled sheet that falls on an obstacle: its scenes, and a run of a method with one way out.
 
 use super::Form;
 use crate::methods::Choice;
@@ -14,20 +14,20 @@ use drape_report::Verdict;
 
 /// Particles along each edge.
 pub(super) const SIDE: u32 = 20;
-/// Step size, s, where a scene names no other.
+/// Step size if a scene names no other, s.
 pub(super) const STEP: f64 = 0.01;
 pub(super) const DURATION: f64 = 0.6;
-/// The fall to the obstacle takes so long, s, or less.
+/// Longest time of the fall to the obstacle, s.
 const FLIGHT: f64 = 0.095;
-/// Vertical speed of the ripples, m/s: a flat sheet that meets a plane would be a single particle.
+/// Vertical speed of the ripples, m/s. A flat sheet would meet a plane like a single particle.
 const RIPPLE: f64 = 0.3;
-/// The mass of a draped sheet lies about so much below the top, m: half of what hangs over the
-/// edges of the table.
+/// Depth of a draped sheet's centre of mass below the top, m: half of what hangs over the table's
+/// edges.
 const SAG: f64 = 0.25;
-/// How far outside the surface a particle still touches it, m, as contacts are detected.
+/// Largest distance outside the surface at which a contact is detected, m.
 const TOUCHING: f64 = 1e-9;
 
-/// What the sheet falls on; its top is at z = 0.
+/// The obstacle. Its top is at z = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Half as wide as the sheet.
@@ -55,14 +55,14 @@ impl Target {
     }
 }
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
     pub(super) target: Target,
     pub(super) speed: f64,
     pub(super) stiffness: f64,
     pub(super) step: f64,
-    /// Whether there are shear springs. The paper's table cloth has none.
+    /// Whether there are shear springs. The paper's tablecloth has none.
     pub(super) has_shear: bool,
 }
 
@@ -79,7 +79,7 @@ impl Case {
         FLIGHT * self.speed
     }
 
-    /// The sheet above its obstacle, at its start.
+    /// The system of the sheet above its obstacle, at its start.
     pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let Self { target, speed, stiffness, has_shear, .. } = *self;
         let sheet = Sheet {
@@ -97,7 +97,7 @@ impl Case {
             position[2] += self.height();
         }
         let wave = |x: f64| libm::sin(2.0 * std::f64::consts::PI * x);
-        // What lies on its obstacle from the start is flat, as the paper's.
+        // A sheet that lies on its obstacle from the start is flat, as in the paper.
         let ripple = if speed > 0.0 { RIPPLE } else { 0.0 };
         let velocity = |x: &[f64; 3]| [0.0, 0.0, ripple * wave(x[0]) * wave(x[1]) - speed];
         particles.velocity_m_s = particles.position_m.iter().map(velocity).collect();
@@ -105,12 +105,13 @@ impl Case {
         Ok(spec)
     }
 
-    /// Simulated time, s: long enough for the middle of the sheet to come to rest.
+    /// Simulated time, s. It is long enough for the middle of the sheet to come to rest.
     fn duration(&self) -> f64 {
         if self.speed > 0.0 { DURATION } else { 1.0 }
     }
 
-    /// The middle of the sweep, which costly methods and the drawing of courses keep to.
+    /// Whether this is the middle of the sweep. Costly methods run only there, and iterations are
+    /// plotted.
     pub(super) fn is_middle(&self) -> bool {
         self.speed == 3.0 && self.step == STEP
     }
@@ -124,10 +125,10 @@ pub(super) struct Stage {
     pub(super) body: Body,
 }
 
-/// What falls, with and without the obstacle.
+/// A falling system, with and without the obstacle.
 pub(super) struct Body {
     pub(super) simulation: Simulation,
-    /// For methods that do not know of the obstacle.
+    /// The system for methods that do not know of the obstacle.
     bare: System,
 }
 
@@ -174,9 +175,9 @@ impl Stage {
     }
 }
 
-/// Moves the particles inside an obstacle to its surface and lets them leave it with the
-/// restitution `e` of their normal velocity, as Provot and Desbrun treat collisions; returns how
-/// many.
+/// Moves the particles inside an obstacle to its surface, as Provot and Desbrun treat collisions.
+/// A normal velocity into the obstacle is reversed with the restitution `e`. Returns the number of
+/// particles that were moved.
 pub(super) fn teleport(obstacle: &Obstacle, state: &mut State) -> u64 {
     let mut moved = 0;
     for (x, v) in state.x.iter_mut().zip(&mut state.v) {
@@ -191,17 +192,17 @@ pub(super) fn teleport(obstacle: &Obstacle, state: &mut State) -> u64 {
     moved
 }
 
-/// Which particles touch the obstacle.
+/// Which of the particles touch the obstacle.
 pub(super) fn touching(obstacle: &Obstacle, x: &[Vec3]) -> Vec<bool> {
     x.iter().map(|x| obstacle.distance(x).0 < TOUCHING).collect()
 }
 
-/// Greatest depth inside the obstacle, m.
+/// Greatest depth of a particle inside the obstacle, m.
 fn depth(obstacle: &Obstacle, x: &[Vec3]) -> f64 {
     x.iter().fold(0.0, |deepest, x| f64::max(deepest, -obstacle.distance(x).0))
 }
 
-/// One run.
+/// Runs a method with its way out on a scene.
 pub(super) fn row(form: &Form, stage: &Stage) -> Result<Row, HarnessError> {
     let choice = Choice::parse(form.method, &[])?;
     let Stage { case, scene, body, .. } = stage;

@@ -1,4 +1,4 @@
-//! Experiment `collision`: ways out of an obstacle, EEH section 6.
+//! Experiment `collision`: ways out of an obstacle (EEH section 6).
 
 mod bounce;
 mod fall;
@@ -19,7 +19,7 @@ struct Form {
     label: &'static str,
     way_out: &'static str,
     method: &'static str,
-    /// Whether it is run in the middle of the sweep only.
+    /// Whether the form runs only in the middle of the sweep.
     is_costly: bool,
 }
 
@@ -40,7 +40,8 @@ const DESBRUN: &str = "desbrun";
 const FORMS: [Form; 13] = [
     form("imex-euler", VELOCITY, IMEX),
     form("imex-euler", TELEPORT, IMEX),
-    // A move by hand ends the extrapolation of the start value: what does it cost apart from that?
+    // A move by hand ends the extrapolation of the start value. This form shows what that alone
+    // costs.
     form("imex-euler from v_n", VELOCITY, IMEX_LAST),
     form("imex-euler from v_n", TELEPORT, IMEX_LAST),
     form("imex-updated", VELOCITY, UPDATED),
@@ -54,7 +55,7 @@ const FORMS: [Form; 13] = [
     form("desbrun", TELEPORT, DESBRUN),
 ];
 
-/// The scenes: each obstacle, speed and stiffness, the middle speed with half the step, and a sheet
+/// The scenes: each obstacle, speed and stiffness; the middle speed with half the step; and a sheet
 /// that lies on the table, with and without shear springs.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
@@ -115,7 +116,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
@@ -156,7 +157,7 @@ pub(in crate::studies) fn repositioned() -> Result<Vec<Row>, HarnessError> {
     pairs.par_iter().map(|(form, stage)| fall::row(form, stage)).collect()
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { scenes, rows, bounces } = facts;
     let scenes = scenes.iter();
@@ -166,7 +167,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if row.portable {
             return fact(key, true, row);
         }
-        // Contacts open and close: what round-off does to that cannot be bounded.
+        // Contacts open and close, so the effect of round-off on a run cannot be bounded.
         fact(key, false, &Stability { is_stable: row.verdict == Verdict::Stable })
     });
     let bounces = bounces.iter().map(|bounce| {
@@ -184,7 +185,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     scenes.chain(rows).chain(bounces).collect()
 }
 
-/// What is compared of a run that is not the same everywhere.
+/// The part of a run that is compared if its bits depend on the machine.
 #[derive(serde::Serialize)]
 struct Stability {
     is_stable: bool,

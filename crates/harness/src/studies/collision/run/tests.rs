@@ -1,4 +1,4 @@
-//! What a move by hand does, that runs see what they should, and what is concluded.
+//! Tests of moves by hand, of what runs measure, and of the findings.
 
 use super::super::words::words;
 use super::fall::{Stage, row, teleport};

@@ -1,5 +1,4 @@
-//! Experiment `course`: from explicit Euler to two-step IMEX, each method on one and the same
-//! cloth.
+//! Experiment `course`: from explicit Euler to two-step IMEX, each method on the same cloth.
 
 use super::lessons::{HEADLINE, LESSONS, Plan};
 use crate::cost::prices;
@@ -20,13 +19,13 @@ const SCENES: [&str; 2] = ["hanging-textile-sheared-1e4", "hanging-textile-shear
 /// The scene of the quick subset.
 const QUICK: &str = SCENES[0];
 const STEP: f64 = 0.01;
-/// Simulated time, s: verdicts need at least 200 steps.
+/// Simulated time, s. Verdicts need at least 200 steps.
 const DURATION: f64 = 2.0;
-/// Span over which the motion is compared, s: until then two references of different step agree.
+/// Span over which the motion is compared, s. Two references with different steps agree until then.
 const COMPARED: f64 = 1.0;
-/// Steps from one recorded height to the next.
+/// Number of steps between recorded heights.
 const STRIDE: u64 = 5;
-/// The reference takes steps of this share of the stability limit.
+/// Step of the reference, as a share of the stability limit.
 const SAFETY: f64 = 0.25;
 /// Effort after which a run is over budget, in visits of a spring: some seconds.
 const BUDGET: f64 = 3e9;
@@ -40,10 +39,10 @@ struct Setting {
     scene: Scene,
 }
 
-/// What is seen of the free edge's midpoint, and how far springs are stretched.
+/// Records the free edge's midpoint and the greatest elongation of the springs.
 struct Sight {
     tracked: usize,
-    /// Steps of the run in one of [`STEP`].
+    /// Number of the run's steps in one step of length [`STEP`].
     division: u64,
     last: drape_model::Vec3,
     path: f64,
@@ -51,7 +50,7 @@ struct Sight {
     stretch: f64,
 }
 
-/// Greatest elongation of a spring over its rest length.
+/// Greatest elongation of a spring, over its rest length.
 fn stretch(system: &System, state: &State) -> f64 {
     let mut greatest = 0.0_f64;
     for split in system.effects().filter_map(Effect::split) {
@@ -86,14 +85,14 @@ impl Sight {
     }
 }
 
-/// Greatest difference of two series of heights within the compared span.
+/// Greatest difference between two series of heights within the compared span, m.
 fn height_error(heights: &[f64], others: &[f64]) -> f64 {
     let compared = (COMPARED / (STEP * STRIDE as f64)).round() as usize + 1;
     let pairs = heights.iter().zip(others).take(compared);
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// What a run shows.
+/// The result of a run.
 struct Seen {
     sight: Sight,
     outcome: crate::run::Outcome,
@@ -102,7 +101,7 @@ struct Seen {
     rule: Rule,
 }
 
-/// Runs a method over the duration, each step of [`STEP`] divided into `division` parts.
+/// Runs a method over the whole duration. Each step of [`STEP`] is divided into `division` parts.
 fn watch(
     simulation: &Simulation,
     tracked: usize,
@@ -209,7 +208,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     SCENES.map(|id| Start::new(id, move || Ok(bundled(id)?.discretise()?))).into()
 }
@@ -244,7 +243,7 @@ pub(crate) fn lessons() -> Vec<&'static str> {
     LESSONS.iter().map(Plan::id).collect()
 }
 
-/// What each method does with everything that any of them knows.
+/// The treatment by each method of every effect that some method knows.
 fn support() -> Vec<Support> {
     let mut known: Vec<&str> = Vec::new();
     for support in methods::all().flat_map(Method::supports) {
@@ -263,9 +262,9 @@ fn support() -> Vec<Support> {
     methods::all().map(row).collect()
 }
 
-/// Its facts, as they are compared. Where a library's factorisation takes part, round-off differs
-/// with the machine and two seconds of motion magnify it: there the verdict alone is the same
-/// everywhere.
+/// The study's facts in the form in which two records are compared. If a library's factorisation
+/// takes part, its round-off depends on the machine, and two seconds of motion magnify it. Then
+/// only the verdict is the same everywhere.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { scenes, lessons, support, .. } = facts;
     let scenes = scenes.iter().map(|scene| fact(format!("scene {}", scene.id), true, scene));

@@ -1,4 +1,4 @@
-//! That the lessons measure what they say, and say what they measure.
+//! Tests that the lessons agree with their measurements.
 
 use super::*;
 use drape_report::Verdict;
@@ -54,7 +54,7 @@ fn stable_run() -> Run {
     }
 }
 
-/// What the lesson after one with this run says of it.
+/// The shortcoming that the next lesson finds in a lesson with this run.
 fn said_of(run: Run) -> String {
     let scenes = [scene()];
     let first = super::super::words::lesson(plan("explicit-euler"), "", vec![run], &scenes, None);

@@ -1,4 +1,4 @@
-//! Each branch of the words, from small facts.
+//! Tests of each branch of the words, with small facts.
 
 use super::*;
 
@@ -45,7 +45,7 @@ fn run(scene: &str, motion: Option<f64>, modelled_s: f64) -> Run {
     }
 }
 
-/// A lesson with its motion and effort on a soft and on a stiff sheet.
+/// A lesson with its motion and its work on a soft and on a stiff sheet.
 fn lesson(id: &str, soft: (Option<f64>, f64), stiff: (Option<f64>, f64)) -> Lesson {
     Lesson {
         id: id.to_owned(),

@@ -1,4 +1,4 @@
-//! The scene, and what is added to it.
+//! The bare scene and the additions.
 
 use crate::HarnessError;
 use crate::studies::effects::facts::{EVERYTHING, NOTHING};
@@ -17,14 +17,15 @@ pub(super) fn base() -> Value {
     })
 }
 
-/// Something that is added to the scene.
+/// An addition to the scene.
 #[derive(Clone, Debug)]
 pub(super) struct Addition {
     pub(super) name: &'static str,
-    /// Keys to be merged into the scene: objects key by key, lists by appending; `null` takes a key
-    /// away.
+    /// Keys to merge into the scene. Objects are merged key by key, lists are appended, and `null`
+    /// removes a key.
     pub(super) adds: Value,
-    /// What holds its place among all together, by name; `None` where it is there itself.
+    /// Name of the addition that holds the same place in all together; `None` if this addition
+    /// does.
     pub(super) holder: Option<&'static str>,
 }
 
@@ -33,23 +34,23 @@ impl Addition {
         Self { name, adds, holder: None }
     }
 
-    /// One that is left out of all together, since `holder` has the place there that it would take.
+    /// An addition that all together leaves out, since `holder` has its place there.
     fn instead(holder: &'static str, name: &'static str, adds: Value) -> Self {
         Self { holder: Some(holder), ..Self::new(name, adds) }
     }
 }
 
-/// A ball below the sheet, with what more there is to say of it.
+/// A ball below the sheet, with further keys.
 fn sphere(height: f64, more: Value) -> Value {
     let mut sphere = json!({ "center_m": [0, 0, height], "radius_m": 0.3 });
     merge(&mut sphere, more);
     json!({ "obstacles": [{ "sphere": sphere }] })
 }
 
-/// Height of the centre of a ball that the sheet falls on, m.
+/// Height of the centre of a ball on which the sheet falls, m.
 const BELOW: f64 = -0.35;
 
-/// An octahedron below the sheet, as triangles.
+/// An octahedron below the sheet, as a mesh of triangles.
 fn octahedron() -> Value {
     json!({ "obstacles": [{ "mesh": {
         "vertices_m": [
@@ -61,7 +62,7 @@ fn octahedron() -> Value {
         ] } }] })
 }
 
-/// Drag of a sheet, in a wind or in still air.
+/// Drag of a sheet in a wind, or in still air.
 fn air(wind: Option<Value>) -> Value {
     let mut air = json!({ "drag": { "quadratic": { "coefficient": 1.2 } } });
     if let Some(wind) = wind {
@@ -70,15 +71,15 @@ fn air(wind: Option<Value>) -> Value {
     json!({ "effects": { "air": air } })
 }
 
-/// Springs of tension as the bare scene has them.
+/// Name of the tension springs of the bare scene.
 const BARE: &str = "tension springs";
 
-/// Each addition by itself.
+/// The additions, each by itself.
 ///
-/// All together has one for each place of a scene: one law of tension, one of shear, one of
-/// bending, one of damping, one air, one obstacle. A key holds one law alone, and two resistances
-/// to the same shape or two balls in one place would be another scene than anybody writes; so the
-/// others are left out there.
+/// All together has one addition for each place of a scene: one law of tension, of shear, of
+/// bending and of damping, one air and one obstacle. A key holds only one law. Two resistances to
+/// the same shape, or two balls at one place, would be a scene that nobody writes. All together
+/// therefore leaves the others out.
 fn each() -> Vec<Addition> {
     let effect = |key: &str, law: Value| json!({ "effects": { key: law } });
     let springs = |stiffness: f64| json!({ "stiffness_over_mass_per_s2": stiffness });
@@ -141,7 +142,7 @@ fn each() -> Vec<Addition> {
     ]
 }
 
-/// Nothing, each addition by itself, all together.
+/// All additions: nothing, each by itself, and all together.
 pub(super) fn all() -> Vec<Addition> {
     let mut additions = vec![Addition::new(NOTHING, json!({}))];
     additions.extend(each());
@@ -153,17 +154,17 @@ pub(super) fn all() -> Vec<Addition> {
     additions
 }
 
-/// The scene with more keys, discretised.
+/// The scene with additional keys, discretised.
 ///
 /// # Errors
-/// What is wrong with them.
+/// [`HarnessError`] if the scene with these keys is not valid.
 pub(super) fn scene(name: &str, adds: &Value) -> Result<SystemSpec, HarnessError> {
     let mut scene = base();
     merge(&mut scene, adds.clone());
     Ok(parse(name, &scene.to_string())?.spec().clone())
 }
 
-/// Merges objects key by key, appends lists, replaces everything else; `null` takes a key away.
+/// Merges objects key by key, appends lists and replaces everything else. `null` removes a key.
 fn merge(into: &mut Value, more: Value) {
     match (into, more) {
         (Value::Object(into), Value::Object(more)) => {

@@ -1,7 +1,8 @@
-//! Experiment `effects`: the bill of each effect.
+//! Experiment `effects`: the cost of each effect.
 //!
 //! Each addition is measured by itself. All together has one addition for each place of a scene
-//! (tension, shear, bending, damping, air, obstacle): others of the same place are left out there.
+//! (tension, shear, bending, damping, air, obstacle). Other additions of the same place are left
+//! out there.
 
 mod additions;
 mod runs;
@@ -19,13 +20,13 @@ use runs::Variant;
 
 /// Simulated time, s.
 const DURATION: f64 = 0.5;
-/// Step of the methods that take tension at the new level, s.
+/// Step of methods that take tension at the new time level, s.
 const STEP: f64 = 0.01;
-/// Step of those that take it at the old level, s.
+/// Step of methods that take tension at the old time level, s.
 const EXPLICIT_STEP: f64 = 0.001;
-/// Pairs of runs that are timed.
+/// Number of pairs of timed runs.
 const PAIRS: usize = 5;
-/// Methods that are timed.
+/// Ids of the methods that are timed.
 fn timed_methods() -> impl Iterator<Item = &'static str> {
     methods::runs().filter(|(_, runs)| runs.are_effects_timed).map(|(method, _)| method.id)
 }
@@ -34,7 +35,7 @@ fn step(method: &Method) -> f64 {
     if variant::is_explicit(method) { EXPLICIT_STEP } else { STEP }
 }
 
-/// How a method treats each effect that any method supports.
+/// How each method treats each effect that some method supports.
 fn supports() -> Vec<Support> {
     let mut effects: Vec<&str> = Vec::new();
     for support in methods::all().flat_map(Method::supports) {
@@ -76,7 +77,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |addition: Addition| {
         Start::new(addition.name, move || additions::scene(addition.name, &addition.adds))
@@ -130,7 +131,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes, seed: None })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { effects, supports, cells, .. } = facts;
     let effects =

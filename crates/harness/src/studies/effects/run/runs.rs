@@ -1,4 +1,4 @@
-//! A scene with one effect more, and its runs.
+//! A scene with one addition, and its runs.
 
 use super::additions::{Addition, scene};
 use super::{DURATION, PAIRS, step};
@@ -12,14 +12,14 @@ use drape_model::{State, SystemSpec, TimeSpan};
 use drape_report::Verdict;
 use std::collections::BTreeSet;
 
-/// A scene with one effect more.
+/// A scene with one addition.
 pub(super) struct Variant {
     pub(super) effect: Effect,
     pub(super) spec: SystemSpec,
     simulation: Simulation,
 }
 
-/// The run was refused since the method does not support something.
+/// Whether a run was refused because the method does not support the scene.
 fn is_refusal(error: &HarnessError) -> bool {
     matches!(error, HarnessError::Prepare(PrepareError::Unsupported { .. }))
 }
@@ -53,7 +53,7 @@ impl Variant {
         Ok((outcome, simulation.state))
     }
 
-    /// Counts of a method, and how far its sheet ends from that of `nothing`.
+    /// Counts of a method's run, and the distance of its sheet at the end from that of `nothing`.
     pub(super) fn cell(
         &self,
         nothing: &Self,
@@ -95,7 +95,8 @@ impl Variant {
         Ok(cell)
     }
 
-    /// Runs with the effect and without it in turns; nothing where the method refuses it.
+    /// Times runs with and without the effect in turns. Returns `None` if the method refuses the
+    /// effect.
     pub(super) fn time(
         &self,
         nothing: &Self,
@@ -134,7 +135,7 @@ impl Variant {
         }))
     }
 
-    /// What the allocator holds for the system and for the prepared method.
+    /// Bytes that the allocator holds for the system and for the prepared method.
     fn bytes(&self, choice: &Choice, allocated: Allocated) -> Result<(i64, i64), HarnessError> {
         let start = allocated() as i64;
         let (system, state) = self.spec.build()?;

@@ -26,7 +26,7 @@ fn all_together_is_every_addition_but_those_whose_place_another_holds() {
     let everything = &all.last().expect("some").adds;
     for addition in &all[1..all.len() - 1] {
         let found = holds(everything, &addition.adds);
-        // A gusting wind has both.
+        // A gusting wind has both keys.
         let is_part = addition.holder.is_none()
             || ["drag in still air", "steady wind"].contains(&addition.name);
         assert_eq!(found, is_part, "{}", addition.name);
@@ -73,7 +73,7 @@ fn only_springs_enter_the_scalar_matrix_and_only_forces_between_particles_any() 
         let keys = addition.adds["effects"].as_object();
         let new = keys.into_iter().flatten().filter(|(key, _)| *key != "tension");
         let new: Vec<_> = new.map(|(key, _)| key.as_str()).collect();
-        // Air couples the corners of triangles, but those are neighbours or lie across a cell.
+        // Air couples the corners of triangles. These are neighbours or lie across a cell.
         let objects = bare.0 + new.len();
         let springs = match addition.name {
             "shear springs" => bare.1 + 2 * 19 * 19,

@@ -1,4 +1,4 @@
-//! Experiment `energy`: where the energy of a cloth goes, method by method and cause by cause.
+//! Experiment `energy`: gains and losses of a cloth's energy, by method and cause.
 
 mod watch;
 
@@ -18,30 +18,29 @@ use drape_model::{DampingLaw, ObstacleSpec, SystemSpec, TimeSpan, Vec3};
 use drape_report::Verdict;
 use watch::Flow;
 
-/// Step size of all but the explicit methods, s.
+/// Step size of all methods except explicit ones, s.
 const STEP: f64 = 0.01;
-/// Explicit methods run with `h ω_max` at most this: well below 2, the limit of symplectic Euler
-/// and leapfrog.
+/// Largest `h ω_max` of explicit methods: well below 2, the limit of symplectic Euler and leapfrog.
 const EXPLICIT: f64 = 0.5;
-/// Samples of the energy in a run.
+/// Number of samples of the energy in a run.
 const SAMPLES: u64 = 100;
-/// Damping of the damped scenes over the mass of a particle, 1/s.
+/// Damping over the mass of a particle in the damped scenes, 1/s.
 const DAMPING: f64 = 40.0;
 /// Angular velocity of the spinning sheet, 1/s.
 const SPIN: f64 = 2.0;
 
-/// What moves.
+/// How the sheet moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Body {
-    /// A sheet that hangs from two corners, horizontal at first.
+    /// It hangs from two corners, horizontal at first.
     Hanging,
-    /// A sheet that turns over and over, without gravity.
+    /// It turns over and over, without gravity.
     Spinning,
-    /// A sheet that falls on a ball.
+    /// It falls on a ball.
     Sphere,
 }
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     name: &'static str,
@@ -50,7 +49,7 @@ struct Case {
     side: u32,
     stiffness: f64,
     duration: f64,
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     is_quick: bool,
 }
 
@@ -89,7 +88,7 @@ const CASES: [Case; 4] = [
     },
 ];
 
-/// A scene, undamped or damped, ready to be run.
+/// A scene, undamped or damped, that is ready to run.
 struct Setting {
     simulation: Simulation,
     hash: String,
@@ -98,7 +97,7 @@ struct Setting {
     greatest_frequency: f64,
 }
 
-/// Damping over mass, 1/s.
+/// Damping over mass of a scene, 1/s.
 fn damping(is_damped: bool) -> f64 {
     if is_damped { DAMPING } else { 0.0 }
 }
@@ -120,11 +119,11 @@ impl Case {
         }
     }
 
-    /// With its spin, if it has one.
+    /// The system of the sheet at its start, with its spin if it has one.
     fn spec(&self, is_damped: bool) -> Result<SystemSpec, HarnessError> {
         let mut spec = self.sheet(is_damped).spec()?;
         if self.body == Body::Sphere {
-            // A little beside the middle: nothing should hang on a symmetry.
+            // A little off the middle, so that nothing depends on a symmetry.
             let (center_m, radius_m) = ([0.03, 0.01, -0.4], 0.35);
             spec.obstacles.push(ObstacleSpec::sphere(center_m, radius_m, 0.0));
         }
@@ -165,8 +164,8 @@ impl Setting {
         Ok(Self { simulation, hash, scene, greatest_frequency: sheet.greatest_frequency(1.0) })
     }
 
-    /// Number of steps to each of [`STEP`] seconds. Damped explicit Euler is stable for `h ≤ c/k`,
-    /// undamped never.
+    /// Number of steps into which a method divides [`STEP`]. Damped explicit Euler is stable for
+    /// `h ≤ c/k`, undamped never.
     fn division(&self, method: &Method) -> u64 {
         if !is_explicit(method) {
             return 1;
@@ -226,7 +225,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let both = |case: Case| [false, true].map(|is_damped| (case, is_damped));
     let start = |(case, is_damped): (Case, bool)| {
@@ -257,7 +256,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Labels without a ledger in any of the runs that lasted, of those that have such runs.
+/// Labels of the methods with a run that lasted but has no ledger.
 fn unattributed(rows: &[Row]) -> Vec<String> {
     let mut labels: Vec<String> = Vec::new();
     for row in rows.iter().filter(|row| row.drift.is_some() && row.ledger.is_none()) {
@@ -268,8 +267,8 @@ fn unattributed(rows: &[Row]) -> Vec<String> {
     labels
 }
 
-/// Its facts, as they are compared. Long runs through a library's factorisation magnify its
-/// round-off: only their verdict is the same everywhere.
+/// The study's facts in the form in which two records are compared. Long runs magnify the round-off
+/// of a library's factorisation. Then only the verdict is the same everywhere.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));
@@ -278,7 +277,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if row.portable {
             return fact(key, true, row);
         }
-        // Whether an unstable run also leaves the scene may hang on round-off.
+        // Round-off may decide whether an unstable run also leaves the scene.
         let verdict = if row.drift.is_some() { row.verdict } else { Verdict::Unstable };
         let verdict = [("method", row.method.as_str()), ("verdict", verdict.name())];
         fact(key, false, &verdict.into_iter().collect::<std::collections::BTreeMap<_, _>>())

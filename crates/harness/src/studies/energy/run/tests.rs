@@ -1,4 +1,4 @@
-//! Scenes, flows and what is concluded from them.
+//! Tests of scenes, energy flows and the findings from them.
 
 use super::super::words::words;
 use super::*;
@@ -152,7 +152,7 @@ fn words_follow_from_the_ledgers() {
     ];
     let facts = facts(rows);
     assert_eq!(facts.unattributed, ["two-step"]);
-    // The damped scene alone, as a subset may have it, says less.
+    // The damped scene alone, which a subset may have, supports fewer findings.
     let damped = words(&facts).conclusion;
     assert!(
         damped.starts_with("With damping, this loss takes the place of the damping"),

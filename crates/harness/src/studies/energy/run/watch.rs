@@ -1,4 +1,4 @@
-//! Where the energy of a run flows.
+//! Records of a run's energy: samples, dissipation and the ledger.
 
 use crate::run::{Moment, Simulation};
 use crate::studies::energy::facts::Ledger;
@@ -6,7 +6,7 @@ use drape_integrator::EnergyLedger;
 use drape_model::{Level, System, Vec3};
 use std::collections::BTreeMap;
 
-/// Samples beyond this many reference energies are left out, and all after them.
+/// A sample beyond this many reference energies is left out, and so are all samples after it.
 const FARTHEST: f64 = 10.0;
 
 /// Sums over the steps of a run.
@@ -23,9 +23,9 @@ pub(super) struct Flow {
     /// `(H − H_0)/E_ref` at the samples.
     pub(super) energy: Vec<f64>,
     is_beyond: bool,
-    /// In J.
+    /// Sums of the ledgers of the steps, J.
     ledger: Option<Ledger>,
-    /// Sums of errors and of magnitudes, J.
+    /// Sums of the errors and of the magnitudes of the ledgers, J.
     defect: f64,
     magnitude: f64,
 }
@@ -68,7 +68,7 @@ impl Flow {
         self.last = energy;
         if is_sample {
             let gained = (energy - self.start) / self.reference;
-            // What is no number is beyond too.
+            // A value that is not a number counts as beyond.
             self.is_beyond |= gained.is_nan() || gained.abs() > FARTHEST;
             if !self.is_beyond {
                 self.energy.push(gained);
@@ -98,17 +98,17 @@ impl Flow {
         self.magnitude += step.magnitude();
     }
 
-    /// `(H_N − H_0)/E_ref`.
+    /// Drift: `(H_N − H_0)/E_ref`.
     pub(super) fn drift(&self) -> f64 {
         (self.last - self.start) / self.reference
     }
 
-    /// `(H_0 − H_N − ∫ vᵀ D v dt)/E_ref`.
+    /// Excess dissipation: `(H_0 − H_N − ∫ vᵀ D v dt)/E_ref`.
     pub(super) fn excess_dissipation(&self) -> f64 {
         (self.start - self.last - self.dissipated) / self.reference
     }
 
-    /// The sums over `E_ref`.
+    /// The sums of the ledger, over `E_ref`.
     pub(super) fn ledger(&self) -> Option<Ledger> {
         let share = |energy: f64| energy / self.reference;
         self.ledger.as_ref().map(|sums| Ledger {
@@ -121,7 +121,7 @@ impl Flow {
         })
     }
 
-    /// Errors of the steps' sums over the magnitudes of their terms.
+    /// Sum of the steps' absolute errors, over the magnitudes of their terms.
     pub(super) fn closure_defect(&self) -> Option<f64> {
         self.ledger
             .as_ref()

@@ -9,10 +9,10 @@ use std::f64::consts::PI;
 
 /// Radii of the cloth and of the table, m.
 pub(super) const RADII: [f64; 2] = [0.15, 0.09];
-/// Residual at which the search stops, and the most iterations.
+/// Residual at which the search stops, and its largest number of iterations.
 const TOLERANCE: f64 = 1e-5;
 const MOST: usize = 600;
-/// Phase of the waves of a start, rad: no start is symmetric about warp or weft.
+/// Phase of the waves of a start, rad. With it no start is symmetric about warp or weft.
 const PHASE: f64 = 0.3;
 /// Gravity, m/s².
 const GRAVITY: f64 = 9.81;
@@ -25,7 +25,7 @@ const BANDS: [(&str, f64, f64); 5] = [
     ("cotton", 0.60, 0.76),
     ("denim", 0.70, 0.90),
 ];
-/// Class of each material that has one.
+/// Class of each material that belongs to one.
 const CLASSES: [(&str, &str); 2] = [("denim", "denim"), ("cotton-blend", "cotton")];
 
 pub(super) fn bands() -> Vec<Band> {
@@ -37,7 +37,7 @@ pub(super) fn bands() -> Vec<Band> {
     BANDS.into_iter().map(band).collect()
 }
 
-/// What the tests are made of.
+/// The properties of a material and its class.
 pub(super) fn cloth(name: &str) -> Result<Cloth, HarnessError> {
     let material = Material::load(name)?;
     let bending_n_m = [material.bending_n_m.warp, material.bending_n_m.weft];
@@ -52,14 +52,14 @@ pub(super) fn cloth(name: &str) -> Result<Cloth, HarnessError> {
     })
 }
 
-/// The system of a test.
+/// The system of a drape test.
 pub(super) fn system(name: &str, cells: u32) -> Result<SystemSpec, HarnessError> {
     let [radius_m, support_m] = RADII;
     let material = MaterialChoice::named(name);
     Ok(Disc { radius_m, support_m, cells, warp_deg: 0.0, material }.scene()?.discretise()?)
 }
 
-/// Hangs a cloth over the table from a start with so many waves, until it rests.
+/// Lets a cloth with `waves` waves at its start drape over the table until it rests.
 pub(super) fn drape(name: &str, cells: u32, waves: u32) -> Result<Drape, HarnessError> {
     let support = RADII[1];
     let spec = system(name, cells)?;

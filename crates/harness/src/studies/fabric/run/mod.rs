@@ -1,4 +1,4 @@
-//! Experiment `fabric`: simulated cloth against exact solutions and measured cloth.
+//! Experiment `fabric`: simulated cloth against exact solutions and against measured cloth.
 
 mod drape;
 mod strip;
@@ -12,9 +12,9 @@ use crate::{HarnessError, system_hash};
 use drape_model::fabric::Material;
 use std::collections::BTreeMap;
 
-/// `Γ` of the cantilevers; the last is that of a heavy strip, which hangs almost upright.
+/// Values of `Γ` of the cantilevers. The last one is a heavy strip that hangs almost upright.
 const GAMMAS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 64.0];
-/// Edges along their free length, and rows across.
+/// Numbers of edges along the cantilevers' free length, and of rows across.
 const SEGMENTS: [u32; 4] = [10, 20, 40, 80];
 const ROWS: u32 = 3;
 /// Models, `Γ`, rows and edges of the strips of several widths.
@@ -25,7 +25,7 @@ const WIDE_SEGMENTS: u32 = 30;
 /// Models, edges and rows of the strips on edge.
 const EDGE_MODELS: [Model; 3] = [Model::Angles, Model::Triangles, Model::Squares];
 const EDGE_MESHES: [(u32, u32); 3] = [(20, 3), (40, 3), (40, 5)];
-/// Squares across the cloths of the drape test, and waves at the start.
+/// Numbers of squares across the cloths of the drape test, and of waves at the start.
 const CELLS: [u32; 5] = [16, 24, 32, 40, 48];
 const WAVES: [u32; 4] = [2, 3, 4, 5];
 
@@ -55,7 +55,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// What is computed.
+/// The specimens to compute.
 struct Plan {
     bent: Vec<(Model, f64, u32)>,
     wide: Vec<(Model, f64, u32)>,
@@ -82,7 +82,7 @@ impl Plan {
             }
         }
         let meshes = if quick { &EDGE_MESHES[..1] } else { &EDGE_MESHES[..] };
-        // Angles take the longest.
+        // Angles take the longest time, so the quick subset leaves them out.
         for model in EDGE_MODELS.into_iter().skip(usize::from(quick)) {
             for &(segments, rows) in meshes {
                 plan.edgewise.extend([false, true].map(|turned| (model, segments, rows, turned)));
@@ -106,7 +106,7 @@ fn drape_name(cloth: &str, cells: u32) -> String {
     format!("drape test, {cloth}, {cells} squares")
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let plan = Plan::new(false);
     let bent = plan.bent.into_iter().map(|(model, gamma, segments)| {
@@ -163,7 +163,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed: None })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let bent = facts.bent.iter().map(|bent| {
         let key =

@@ -1,4 +1,4 @@
-//! Strips that bend under their weight.
+//! Strips that bend under their own weight.
 
 use super::super::facts::{Bent, Edgewise, Model, Width};
 use crate::HarnessError;
@@ -13,20 +13,21 @@ use drape_oracle::statics::{is_minimum, rest};
 pub(super) const DENSITY: f64 = 0.2;
 pub(super) const BENDING: f64 = 2e-5;
 const GRAVITY: f64 = 9.81;
-/// Tensile and shear rigidity, N/m: nearly inextensible.
+/// Tensile and shear rigidity, N/m. The strips hardly stretch.
 pub(super) const TENSION: f64 = 5e4;
 const SHEAR: f64 = 5e3;
-/// `Γ` at whose curvature linear springs have the energy of the cloth.
+/// `Γ` at whose curvature the linear springs store the energy of the cloth.
 pub(super) const FITTED_GAMMA: f64 = 4.0;
-/// Residual at which the search stops, and the most iterations.
+/// Residual at which the search stops, and its largest number of iterations.
 pub(super) const TOLERANCE: f64 = 1e-7;
 const MOST: usize = 400;
-/// Halvings of the interval of critical weights.
+/// Number of times that the interval of the critical weight is halved.
 const HALVINGS: usize = 24;
-/// Least and greatest `Γ` at which a strip on edge is tried.
+/// Least and greatest `Γ` that are tried for a strip on edge.
 pub(super) const EDGEWISE: [f64; 2] = [0.01, 1e4];
-/// Weight per length times the cube of the length, over the root of the rigidities of bending and
-/// torsion, at which a slender cantilever on edge buckles (Timoshenko and Gere 1961, art. 6.3).
+/// Load at which a slender cantilever on edge buckles: the weight per length times the cube of the
+/// length, over the root of the product of bending and torsion rigidities (Timoshenko and Gere
+/// 1961, art. 6.3).
 pub(super) const SLENDER: f64 = 12.85;
 
 /// Free length at which the cloth has this `Γ`, m.
@@ -34,16 +35,16 @@ fn length_of(gamma: f64) -> f64 {
     libm::cbrt(gamma * BENDING / (DENSITY * GRAVITY))
 }
 
-/// A specimen before it bends.
+/// A specimen in its undeformed shape.
 struct Specimen {
     spec: SystemSpec,
     length_m: f64,
     width_m: f64,
-    /// Stiffness of a hinge over the rigidity; 1 for others.
+    /// Stiffness of a hinge over the rigidity; 1 for other models.
     fit: f64,
 }
 
-/// Rows of squares or of equilateral triangles.
+/// Makes a specimen of rows of squares or of equilateral triangles.
 fn specimen(
     model: Model,
     gamma: f64,
@@ -83,13 +84,13 @@ fn specimen(
     Ok(Specimen { spec, length_m, width_m: strip.width_m, fit })
 }
 
-/// Replaces bending springs by linear ones with the energy of the cloth at one curvature.
+/// Replaces bending springs by linear ones that store the energy of the cloth at one curvature.
 fn make_linear(spec: &mut SystemSpec, h: f64, columns: u32, rows: u32) {
     let cell = Cell { warp_m: h, weft_m: h };
     let k = cell.linear_spring(Woven::even(BENDING), fitted_curvature()).warp;
     let bending = |spring: &&mut SpringSpec| spring.effect == SpringEffect::Bending;
     for spring in spec.springs.iter_mut().filter(bending) {
-        // A spring at the border stands for one cell beside it, others for two.
+        // A spring at the border stands for one cell, any other spring for the two beside it.
         let is_along_row = spring.i / columns == spring.j / columns;
         let (place, last) = if is_along_row {
             (spring.i / columns, rows - 1)
@@ -103,8 +104,8 @@ fn make_linear(spec: &mut SystemSpec, h: f64, columns: u32, rows: u32) {
     }
 }
 
-/// The curvature at which springs are fitted, 1/m: the root of `∫κ⁴/∫κ²`, so that the energy of the
-/// exact strip is right.
+/// The curvature at which springs are fitted, 1/m. It is the root of `∫κ⁴/∫κ²`, with which the
+/// springs store the energy of the exact strip.
 pub(super) fn fitted_curvature() -> f64 {
     let shape = cantilever(FITTED_GAMMA);
     let steps = (shape.slope.len() - 1) as f64;
@@ -118,7 +119,7 @@ pub(super) fn fitted_curvature() -> f64 {
     (fourth / square).sqrt() / length_of(FITTED_GAMMA)
 }
 
-/// A strip at rest.
+/// The rest position of a strip.
 struct Rested {
     particles: usize,
     drop_over_reach: Option<f64>,
@@ -126,7 +127,7 @@ struct Rested {
     iterations: usize,
 }
 
-/// Searches the rest position from the exact shape of the inextensible strip.
+/// Finds the rest position, starting from the shape of the exact inextensible strip.
 fn bend(specimen: &Specimen, shape: &Cantilever) -> Result<Rested, HarnessError> {
     let length = specimen.length_m;
     let (system, mut state) = specimen.spec.build()?;
@@ -157,7 +158,7 @@ fn fit_of(model: Model) -> HingeFit {
     }
 }
 
-/// A cantilever of three rows.
+/// A cantilever with three rows of particles.
 pub(super) fn cantilevered(
     model: Model,
     gamma: f64,
@@ -180,7 +181,7 @@ pub(super) fn cantilevered(
     })
 }
 
-/// The `Γ` at which the exact strip has this drop over reach, by the secant method on logarithms.
+/// The `Γ` at which the exact strip has this drop over reach. The secant method runs on logarithms.
 pub(super) fn gamma_of(ratio: f64, near: f64) -> f64 {
     let target = libm::log(ratio);
     let at = |log: f64| libm::log(cantilever(libm::exp(log)).drop_over_reach()) - target;
@@ -197,7 +198,7 @@ pub(super) fn gamma_of(ratio: f64, near: f64) -> f64 {
     libm::exp(b)
 }
 
-/// Rigidity over the stiffness of a narrow strip and of a sheet, by the derivation.
+/// Rigidity over stiffness of a narrow strip and of a wide sheet, as derived in theory.
 pub(super) fn limits(model: Model) -> [f64; 2] {
     match model {
         Model::Triangles => [8.0 / 3.0, 3.0],
@@ -206,7 +207,7 @@ pub(super) fn limits(model: Model) -> [f64; 2] {
     }
 }
 
-/// A cantilever of some width, its stiffness that of the sheet.
+/// A cantilever of some width with the stiffness of the wide sheet.
 pub(super) fn wide(
     model: Model,
     gamma: f64,
@@ -233,14 +234,15 @@ pub(super) fn wide(
     })
 }
 
-/// The strip of `Γ` = 1 under a multiple of gravity along its width, upwards if that is negative.
+/// The strip of `Γ` = 1 under a multiple of gravity along its width. A negative multiple acts
+/// upwards.
 fn on_edge(specimen: &SystemSpec, multiple: f64) -> SystemSpec {
     let mut spec = specimen.clone();
     spec.effects.gravity = Some(GravitySpec { m_s2: [0.0, -GRAVITY * multiple, 0.0] });
     spec
 }
 
-/// The residual of an upright strip, and whether it is a minimum.
+/// The residual of an upright strip, and whether the position is a minimum of the energy.
 fn upright(specimen: &SystemSpec, multiple: f64) -> Result<(f64, bool), HarnessError> {
     let spec = on_edge(specimen, multiple);
     let (system, state): (System, State) = spec.build()?;
@@ -249,9 +251,9 @@ fn upright(specimen: &SystemSpec, multiple: f64) -> Result<(f64, bool), HarnessE
     Ok((found.residual, is_minimum(&system, &x)))
 }
 
-/// Searches the weight at which a strip on edge buckles: at which the upright rest position stops
-/// being a minimum of the energy. With `turned` the strip is turned over, so that its diagonals run
-/// the other way.
+/// Finds the weight at which a strip on edge buckles, i.e. its upright rest position stops being a
+/// minimum of the energy. With `turned` the strip is turned over, so that its diagonals run the
+/// other way.
 pub(super) fn edgewise(
     model: Model,
     segments: u32,
@@ -265,7 +267,7 @@ pub(super) fn edgewise(
         residual = residual.max(found);
         Ok(is_minimum)
     };
-    // Doubles the weight until the strip buckles, then halves the interval of logarithms.
+    // Doubles the weight until the strip buckles, then bisects the interval on a logarithmic scale.
     let [least, greatest] = EDGEWISE;
     let mut gamma = least;
     while gamma < greatest && holds(gamma)? {
@@ -280,7 +282,7 @@ pub(super) fn edgewise(
         }
         critical = Some(libm::exp(0.5 * (low + high)));
     }
-    // Isotropic, ν = −1/3: bending D (1 − ν²) w, torsion 2 (1 − ν) D w.
+    // The strip is isotropic with ν = −1/3: bending D (1 − ν²) w, torsion 2 (1 − ν) D w.
     let law = (model == Model::Triangles).then(|| SLENDER * 3.0_f64.sqrt());
     Ok(Edgewise {
         model,
@@ -295,7 +297,7 @@ pub(super) fn edgewise(
     })
 }
 
-/// The system of a cantilever whose stiffness is that of the sheet.
+/// The system of a cantilever with the stiffness of the wide sheet.
 pub(super) fn wide_system(
     model: Model,
     gamma: f64,
@@ -305,7 +307,7 @@ pub(super) fn wide_system(
     Ok(specimen(model, gamma, segments, rows, HingeFit::Sheet)?.spec)
 }
 
-/// The system of a strip on edge with `Γ` = 1; the search makes gravity stronger.
+/// The system of a strip on edge with `Γ` = 1. The search then increases gravity.
 pub(super) fn edge_system(
     model: Model,
     segments: u32,

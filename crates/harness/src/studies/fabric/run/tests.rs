@@ -1,4 +1,4 @@
-//! A few specimens.
+//! Tests of a few specimens.
 
 use super::*;
 
@@ -35,7 +35,7 @@ fn a_slender_strip_of_triangles_on_edge_buckles_near_the_law_and_angles_resist_n
     assert!((found / law - 1.0).abs() < 0.02, "{found} against {law}");
     let angles = strip::edgewise(Model::Angles, 20, 3, false)?;
     assert!(angles.critical_gamma.unwrap_or(f64::NAN) < 0.2 * found, "{angles:?}");
-    // One diagonal makes a strip chiral.
+    // Diagonals along one direction make a strip chiral.
     let turned = [false, true].map(|turned| strip::edgewise(Model::Squares, 20, 3, turned));
     let [left, right] = turned.map(|edge| edge.map(|edge| edge.critical_gamma.unwrap_or(f64::NAN)));
     assert!(left? > 1.5 * right?);

@@ -1,4 +1,4 @@
-//! What the words say of made-up facts.
+//! The words for made-up facts.
 
 use super::super::facts::{Band, Bent, Drape, Edgewise, Width};
 use super::*;

@@ -16,13 +16,13 @@ use drape_report::Verdict;
 
 /// Seeds of the perturbations.
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
-/// Effort after which a run is over budget, in visits of a spring: about two seconds.
+/// Largest effort of a run, in visits of a spring: about two seconds.
 pub(super) const BUDGET: f64 = 4e8;
-/// A sheet at rest may stray by so many mesh widths, at this share of the speed of a fall through
-/// one.
+/// A sheet at rest may move by this many mesh widths. Its speed may reach this share of the speed
+/// of a fall through one.
 const REST: f64 = 1e-6;
 
-/// A case, damped or not, ready to be run.
+/// A case, damped or not, that is ready to run.
 pub(super) struct Stage<'a> {
     pub(super) case: &'a Case,
     pub(super) is_damped: bool,
@@ -51,7 +51,7 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// What the runs of a cell add up to.
+/// Sums and extremes over the runs of a cell.
 #[derive(Default)]
 pub(super) struct Tally {
     runs: u32,
@@ -80,7 +80,8 @@ impl Tally {
             None => judge(&energy, run.rule, available),
         };
         self.runs += 1;
-        // What has been gained until the budget ended is gained; what was not yet, says nothing.
+        // Energy gained before the budget ended counts. A run that has not gained any yet proves
+        // nothing.
         self.is_over_budget |= outcome.is_over_budget;
         self.verdict = self.verdict.max(Some(verdict));
         let share = |energy: f64| if available > 0.0 { energy / available } else { energy };
@@ -97,7 +98,7 @@ impl Tally {
         self.unconverged += outcome.unconverged;
     }
 
-    /// Whether further starts can change nothing.
+    /// Whether further starts could not change the verdict.
     fn is_settled(&self) -> bool {
         self.is_over_budget || self.verdict == Some(Verdict::Diverged)
     }
@@ -110,7 +111,7 @@ impl Tally {
     }
 }
 
-/// How far a start that is in equilibrium strays from it, m, and how fast it becomes, m/s.
+/// Greatest distance (m) and speed (m/s) by which a start in equilibrium leaves it.
 fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError> {
     let start = &stage.scenery.simulation;
     let (mut distance, mut speed) = (0.0_f64, 0.0_f64);
@@ -118,7 +119,7 @@ fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError>
     let runner = Runner::by(choice, schedule).budget(BUDGET).observe(|moment| {
         for ((x, v), x_0) in moment.state.x.iter().zip(&moment.state.v).zip(&start.state.x) {
             let (way, pace) = ((x - x_0).norm(), v.norm());
-            // A sheet that has left the numbers has strayed beyond all of them.
+            // Positions that are not numbers count as infinitely far.
             distance = distance.max(if way.is_nan() { f64::INFINITY } else { way });
             speed = speed.max(if pace.is_nan() { f64::INFINITY } else { pace });
         }
@@ -127,7 +128,7 @@ fn stray(stage: &Stage<'_>, choice: &Choice) -> Result<(f64, f64), HarnessError>
     Ok((distance, speed))
 }
 
-/// Runs a form of a method from every perturbed start of a stage; the worst verdict counts.
+/// Runs a form of a method from every perturbed start of a stage. The worst verdict counts.
 pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessError> {
     let Stage { case, is_damped, scenery, reference, .. } = stage;
     let setup = &case.setup;

@@ -1,8 +1,8 @@
-//! Why verdicts differ from what theory says, where they do.
+//! Why some verdicts differ from theory.
 
-/// The cause of a difference.
+/// The cause of one difference.
 struct Explanation {
-    /// Name of the case, or its id for all its variants.
+    /// Name of the case, or its id if all variants are meant.
     case: &'static str,
     /// Label of the method's form.
     method: &'static str,
@@ -25,7 +25,7 @@ const SWAMPED: &str = "it is unstable. Measured: its energy rises by 0.32 of E_r
     all the fall of the heavy particle, so that a gain of many times the sheet's own energy counts \
     as marginal";
 
-/// Every difference that has been looked into.
+/// Every difference whose cause is known.
 static EXPLANATIONS: [Explanation; 6] = [
     Explanation { case: "H04", method: "leapfrog (bound)", cause: HEATING },
     Explanation { case: "H08", method: "leapfrog (bound)", cause: KINKS },
@@ -43,7 +43,7 @@ static EXPLANATIONS: [Explanation; 6] = [
     Explanation { case: "H24", method: "terzopoulos-fleischer", cause: SWAMPED },
 ];
 
-/// Case and method of every explanation.
+/// Case and method of each explanation.
 #[cfg(test)]
 pub(super) fn explained() -> impl Iterator<Item = (&'static str, &'static str)> {
     EXPLANATIONS.iter().map(|entry| (entry.case, entry.method))

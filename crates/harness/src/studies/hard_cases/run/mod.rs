@@ -1,4 +1,4 @@
-//! Experiment `hard-cases`: every method where methods fail.
+//! Experiment `hard-cases`: every method on scenes where methods fail.
 
 mod cell;
 mod explanations;
@@ -96,7 +96,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let both = |case: scenes::Case| {
         let make = case.setup.system;
@@ -117,7 +117,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let cases = facts.cases.iter().map(|case| fact(case.name.clone(), true, case));
     let cells = facts.cells.iter().map(|c| {
@@ -126,8 +126,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if let serde_json::Value::Object(values) = &mut fact.values
             && !c.portable
         {
-            // Long runs on hard scenes are chaotic: of what passed through a library only the
-            // verdict is repeatable.
+            // Long runs on hard scenes are chaotic. Where a library's functions rounded, only the
+            // verdict can be repeated.
             values.retain(|_, value| !value.is_number());
         }
         fact

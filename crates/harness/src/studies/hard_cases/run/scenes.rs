@@ -1,4 +1,4 @@
-//! The hard cases: each a scene of its own, small enough to be run with every method.
+//! The hard cases. Each is a scene that is small enough for every method.
 
 use super::tweak::Tweak;
 use crate::HarnessError;
@@ -18,50 +18,50 @@ const DAMPING: f64 = 40.0;
 /// Stiffness of shear springs over that of tension springs.
 const SHEAR: f64 = 0.1;
 /// Greatest stiffness over mass of a scene whose true motion is computed, 1/s². Stiffer sheets
-/// hardly stretch any more, and release the same energy.
+/// hardly stretch, so they release the same energy.
 const TAME: f64 = 1e7;
 const TAME_FINE: f64 = 1e6;
-/// Perturbation of the start, in mesh widths.
+/// Size of the perturbation of a start, in mesh widths.
 const PERTURBATION: f64 = 1e-4;
-/// Most energy that a perturbation may store in the springs, over `E_ref`.
+/// Largest energy that a perturbation may store in the springs, over `E_ref`.
 const PERTURBATION_ENERGY: f64 = 1e-3;
 
 /// One hard case, or one variant of it.
 pub(super) struct Case {
     /// `H01` to `H24`.
     pub(super) id: &'static str,
-    /// What it is, in two or three words.
+    /// What the case is, in two or three words.
     pub(super) title: &'static str,
-    /// The scene, in a sentence.
+    /// The scene in one sentence.
     pub(super) scene: &'static str,
     /// Whether it belongs to the quick subset.
     pub(super) is_quick: bool,
-    /// What runs.
+    /// The system and the way in which methods run on it.
     pub(super) setup: Setup,
 }
 
-/// How the system of a case is made.
+/// A function that makes the system of a case.
 pub(super) type Maker = fn() -> Result<SystemSpec, HarnessError>;
 
-/// What a case runs.
+/// The system of a case and the way in which methods run on it.
 pub(super) struct Setup {
     /// The system with its damping.
     pub(super) system: Maker,
-    /// The system whose true motion gives `E_ref`, where that of `system` would take too many
-    /// steps.
+    /// A softer system, if the true motion of `system` would take too many steps. The true motion
+    /// gives `E_ref`.
     pub(super) tame: Option<Maker>,
-    /// Step and duration, pattern of steps, changes of stiffness.
+    /// Step and duration, pattern of steps, and changes of stiffness.
     pub(super) schedule: Schedule,
-    /// What is special about the methods' settings.
+    /// What the case changes in the methods' settings.
     pub(super) tweak: Tweak,
-    /// Whether the start is an equilibrium that must be kept.
+    /// Whether the start is an equilibrium that methods must keep.
     pub(super) is_at_rest: bool,
-    /// Particles that start in one place and are perturbed alike.
+    /// Two particles that start at the same place and are perturbed alike.
     pub(super) twins: Option<(usize, usize)>,
 }
 
 impl Setup {
-    /// Steps of `step_s` for 2 s, and at least 200 of them; nothing special.
+    /// A plain run with steps of `step_s`, for 2 s or 200 steps, whichever is longer.
     fn new(system: Maker, step_s: f64) -> Self {
         let duration_s = if step_s < 0.01 { 2.0 } else { 200.0 * step_s };
         Self {
@@ -89,7 +89,7 @@ impl Case {
         format!("{} {}", self.id, self.title)
     }
 
-    /// How its energy is judged, where that is not as everywhere.
+    /// How the energy of the case is judged; most cases are `closed` systems.
     pub(super) fn judged(&self) -> &'static str {
         match self.id {
             "H09" => "closed: the step size is the method's own affair, nothing flows in",
@@ -134,7 +134,7 @@ fn hanging(stiffness: f64) -> Sheet {
     }
 }
 
-/// A sheet that nothing holds.
+/// A free sheet.
 fn free(stiffness: f64) -> Sheet {
     Sheet { is_pinned: false, ..hanging(stiffness) }
 }
@@ -143,12 +143,13 @@ fn pins(particles: impl Iterator<Item = u32>) -> Vec<PinSpec> {
     particles.map(PinSpec::still).collect()
 }
 
-/// H03: a square metre of 40 × 40 particles with a membrane stiffness of 10³ N/m.
+/// H03: a square metre of 40 × 40 particles with a membrane stiffness of up to 10³ N/m. `most`
+/// bounds the stiffness over mass, 1/s².
 fn fabric(kilograms_per_m2: f64, most: f64) -> Result<SystemSpec, HarnessError> {
     let side = 40;
     let mass = kilograms_per_m2 / f64::from(side * side);
     let mut spec = Sheet { side, ..hanging((1e3 / mass).min(most)) }.spec()?;
-    // The same quotients on particles of another mass.
+    // The sheet is made for particles of [`MASS`]: this keeps k/m and d/m.
     let factor = mass / MASS;
     spec.particles.mass_kg.fill(mass);
     for spring in &mut spec.springs {
@@ -158,7 +159,7 @@ fn fabric(kilograms_per_m2: f64, most: f64) -> Result<SystemSpec, HarnessError> 
     Ok(spec)
 }
 
-/// H04: in the plane, to half its size.
+/// H04: a sheet squeezed in its plane to half its size.
 fn squeezed() -> Result<SystemSpec, HarnessError> {
     let mut spec = hanging(1e5).spec()?;
     for [x, y, _] in &mut spec.particles.position_m {
@@ -167,7 +168,7 @@ fn squeezed() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H05: an inner particle and its neighbour.
+/// H05: an inner particle and the neighbour that starts at its place.
 const TWINS: (usize, usize) = (77, 78);
 
 fn coincident() -> Result<SystemSpec, HarnessError> {
@@ -176,7 +177,7 @@ fn coincident() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H06: about its normal through the middle.
+/// H06: a sheet that spins about the normal through its middle.
 fn spinning() -> Result<SystemSpec, HarnessError> {
     const SPEED: f64 = 20.0;
     let mut spec = Sheet { gravity: [0.0; 3], ..free(1e4) }.spec()?;
@@ -185,7 +186,7 @@ fn spinning() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H07: heavy and light particles like the squares of a chessboard, on springs of 10 N/m.
+/// H07: heavy and light particles alternate like the squares of a chessboard, on springs of 10 N/m.
 fn two_masses(light: f64) -> Result<SystemSpec, HarnessError> {
     let mut spec = hanging(1e4).spec()?;
     for (n, mass) in spec.particles.mass_kg.iter_mut().enumerate() {
@@ -197,7 +198,7 @@ fn two_masses(light: f64) -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H08: as the cloth of Kawabata's curves, soft at first.
+/// H08: springs that are soft at first and then stiff, as in Kawabata's curves.
 fn two_slopes() -> Result<SystemSpec, HarnessError> {
     let mut spec = hanging(1e4).spec()?;
     let is_tension = |spring: &&mut SpringSpec| spring.effect == SpringEffect::Tension;
@@ -215,8 +216,8 @@ const CYCLE: [f64; 4] = [1.0, 2.0, 1.0, 0.5];
 const STIFFENED: [Change; 2] =
     [Change { time_s: 0.7, factor: 100.0 }, Change { time_s: 1.4, factor: 0.01 }];
 
-/// H11: on a chord about the other pin, at the end of which the row between them is as long as
-/// before.
+/// H11: one pin moves along a chord of the circle about the other pin. The row between them ends as
+/// long as it was.
 fn yanked() -> Result<SystemSpec, HarnessError> {
     const CHORD: f64 = 0.6;
     const SPEED: f64 = 10.0;
@@ -238,7 +239,7 @@ fn floor() -> ObstacleSpec {
     ObstacleSpec::plane([0.0, 0.0, FLOOR], [0.0, 0.0, 1.0], 0.0)
 }
 
-/// H12: the middle of the sheet above a corner of the table, at 10 m/s.
+/// H12: the middle of the sheet hits a corner of the table at 10 m/s.
 fn thrown_at_a_corner() -> Result<SystemSpec, HarnessError> {
     let mut spec = free(1e5).spec()?;
     for [x, y, z] in &mut spec.particles.position_m {
@@ -250,7 +251,7 @@ fn thrown_at_a_corner() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H13: the sheet cuts through a ball, a little above its centre.
+/// H13: a sheet that cuts through a ball at its start, a little above the ball's centre.
 fn inside_a_ball() -> Result<SystemSpec, HarnessError> {
     let mut spec = free(1e5).spec()?;
     let ball = ObstacleSpec::sphere([0.0, 0.0, -0.05], 0.35, 0.0);
@@ -258,7 +259,7 @@ fn inside_a_ball() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H15: columns at distances of 1/2, 1/4, … 1/2048 m; springs of one fabric, `k ∝ 1/ℓ`.
+/// H15: columns lie at distances of 1/2, 1/4, … 1/2048 m. Springs belong to one fabric, `k ∝ 1/ℓ`.
 fn graded() -> Result<SystemSpec, HarnessError> {
     let mut spec = hanging(1e4).spec()?;
     let side = SIDE as usize;
@@ -280,7 +281,7 @@ fn in_a_gust() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H15: two of the triangles at each of the particles that are moved become slivers.
+/// H15: at each particle that is moved, two triangles become slivers.
 fn slivers() -> Result<SystemSpec, HarnessError> {
     const DISTANCE: f64 = 1e-3;
     let mut spec = hanging(1e4).triangulated(0.0, 0)?;
@@ -295,7 +296,7 @@ fn slivers() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// Brings all springs to rest where their ends lie, with `k ∝ 1/ℓ`.
+/// Sets every rest length to the distance of the spring's ends, and scales `k ∝ 1/ℓ`.
 fn as_one_fabric(spec: &mut SystemSpec) {
     for spring in &mut spec.springs {
         let end = |n: u32| Vec3::from(spec.particles.position_m[n as usize]);
@@ -305,9 +306,9 @@ fn as_one_fabric(spec: &mut SystemSpec) {
     }
 }
 
-/// H18: upright, held by its first row, each column a hanging chain in equilibrium.
+/// H18: an upright sheet held by its first row. Each column is a hanging chain in equilibrium.
 fn at_rest() -> Result<SystemSpec, HarnessError> {
-    // Explicit steps stay within their limit, and no spring is stretched by a tenth, where Provot
+    // Explicit steps stay within their limit. No spring stretches by a tenth, beyond which Provot
     // would correct it.
     let sheet = Sheet { shear: 0.0, damping: 0.25 * DAMPING, ..free(1.2e4) };
     let mut spec = sheet.spec()?;
@@ -326,19 +327,19 @@ fn at_rest() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H17.
+/// H17: every particle is pinned.
 fn all_pinned() -> Result<SystemSpec, HarnessError> {
     let mut spec = free(1e4).spec()?;
     spec.pins = pins(0..SIDE * SIDE);
     Ok(spec)
 }
 
-/// H17.
+/// H17: a single particle.
 fn one_particle() -> Result<SystemSpec, HarnessError> {
     Sheet { side: 1, ..free(1e4) }.spec()
 }
 
-/// Side of the sheets with one heavy particle, and that particle: an inner one.
+/// Particles along an edge of the sheets with one heavy particle, which is an inner one.
 const HEAVY_SIDE: u32 = 10;
 const HEAVY: usize = 55;
 
@@ -349,8 +350,8 @@ fn one_falls() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H21: without gravity, so that all energy is that of the light particles: the sheet starts in its
-/// plane at nine tenths of its size.
+/// H21: without gravity, all energy belongs to the light particles. The sheet starts in its plane
+/// at nine tenths of its size.
 fn one_stays() -> Result<SystemSpec, HarnessError> {
     let mut spec = Sheet { side: HEAVY_SIDE, gravity: [0.0; 3], ..hanging(1e5) }.spec()?;
     spec.particles.mass_kg[HEAVY] *= 1e9;
@@ -360,7 +361,7 @@ fn one_stays() -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-/// H23: the upper half of springs of 0.1 N/m, the lower of so many times their stiffness.
+/// H23: the upper half has springs of 0.1 N/m; the lower half is `factor` times as stiff.
 fn board_on_veil(factor: f64) -> Result<SystemSpec, HarnessError> {
     let mut spec = hanging(1e2).spec()?;
     let is_low = |n: u32| n / SIDE >= SIDE / 2;
@@ -624,12 +625,12 @@ fn with_damping(mut spec: SystemSpec, is_damped: bool) -> SystemSpec {
     spec
 }
 
-/// What a case runs, damped or not.
+/// The system of a case, damped or not.
 pub(super) struct Scenery {
     pub(super) spec: SystemSpec,
     /// The unperturbed start.
     pub(super) simulation: Simulation,
-    /// Least rest length of a tension spring, m; 0 where there is none.
+    /// Least rest length of a tension spring, m; 0 if the system has none.
     pub(super) mesh_width: f64,
 }
 
@@ -643,7 +644,7 @@ impl Scenery {
         Ok(Self { spec, simulation: Simulation { system, state }, mesh_width })
     }
 
-    /// Energy that lifts the whole by a mesh width, J.
+    /// Energy that lifts the whole system by a mesh width, J.
     pub(super) fn lift(&self) -> f64 {
         self.simulation.system.mass().iter().sum::<f64>() * -GRAVITY[2] * self.mesh_width
     }
@@ -654,8 +655,8 @@ impl Scenery {
     }
 
     /// The start with every free particle moved at random by up to 1e-4 mesh widths along each
-    /// axis; by less where that would store more than a thousandth of `reference_energy` (J) in the
-    /// springs.
+    /// axis. The offsets are scaled down if they would store more than a thousandth of
+    /// `reference_energy` (J) in the springs. Both `twins` move alike.
     pub(super) fn perturbed(
         &self,
         seed: u64,
@@ -713,7 +714,7 @@ mod tests {
         }
     }
 
-    /// Of a triangle inside, and of the sheet as a whole.
+    /// Drag exceeds the limit on an inner triangle, and on the sheet as a whole.
     #[test]
     fn explicit_drag_in_the_gust_is_beyond_its_limit() {
         let spec = in_a_gust().unwrap();

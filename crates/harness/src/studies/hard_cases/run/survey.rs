@@ -1,5 +1,5 @@
-//! Hard cases for the ledger of claims: methods in settings of their own, from one perturbed start
-//! each.
+//! Hard cases for the ledger of claims: methods with chosen settings, each from one perturbed
+//! start.
 
 use super::cell::{Stage, Tally};
 use super::scenes;
@@ -12,16 +12,16 @@ use rayon::prelude::*;
 /// What a method did on a case.
 #[derive(Clone, Debug)]
 pub(crate) struct HardCase {
-    /// Greatest rise of the energy over what the scene sets free.
+    /// Greatest rise of the energy, over the energy that the scene sets free.
     pub(crate) gain: f64,
-    /// Whether that is as little as a stable run may gain.
+    /// Whether the verdict is `stable`.
     pub(crate) is_stable: bool,
-    /// Whether it ended before its time.
+    /// Whether the run exceeded its budget.
     pub(crate) is_over_budget: bool,
 }
 
-/// Runs methods (ids with settings) on the cases with these ids, undamped and damped, each run for
-/// at most `budget` visits of a spring; one list a method.
+/// Runs `methods` (ids with settings) on the cases with these `ids`, undamped and damped. Each run
+/// may take at most `budget` visits of a spring. Returns one list of results for each method.
 pub(crate) fn survey(
     methods: &[&str],
     ids: &[&str],

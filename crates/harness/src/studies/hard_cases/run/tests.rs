@@ -18,8 +18,8 @@ use drape_report::Verdict;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// What theory says about two free particles of equal mass on a spring, `θ = 2h²k/m` and
-/// `η = 2hc/m`, beside which lies a shear spring of `θ_E`.
+/// What theory says about two free particles of equal mass on a spring, with `θ = 2h²k/m` and
+/// `η = 2hc/m`. A shear spring of `θ_E` lies beside it.
 fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Expected {
     let h = 0.01;
     let mut spec = pair(theta / (2.0 * h * h));
@@ -38,7 +38,7 @@ fn of_pair(method: &str, theta: f64, eta: f64, theta_explicit: f64) -> Expected 
     expectation(&Problem { schedule, is_at_rest: false, choice, simulation }).kind
 }
 
-/// `θ + 2η < 4`.
+/// The limit is `θ + 2η < 4`.
 #[test]
 fn theory_knows_the_limit_of_symplectic_euler() {
     for eta in [0.0, 0.5, 1.5] {
@@ -53,17 +53,18 @@ fn theory_knows_the_limit_of_symplectic_euler() {
     }
 }
 
-/// `θ ≤ η` and `η ≤ 2`: without damping never.
+/// The limit is `θ ≤ η` and `η ≤ 2`. An undamped spring is never stable.
 #[test]
 fn theory_knows_the_limit_of_explicit_euler() {
     assert_eq!(of_pair("explicit-euler", 0.2, 0.0, 0.0), Expected::Unstable);
     assert_eq!(of_pair("explicit-euler", 0.9, 1.0, 0.0), Expected::Stable);
     assert_eq!(of_pair("explicit-euler", 1.5, 1.0, 0.0), Expected::Unstable);
-    // It grows by 1 + θ/2 a step: too slowly for 200 of them.
+    // The amplitude grows by 1 + θ/2 a step: too slowly to show within 200 steps.
     assert_eq!(of_pair("explicit-euler", 1e-3, 0.0, 0.0), Expected::NoTheorem);
 }
 
-/// `θ_E < 4 + θ_I` with the tension springs in the matrix; the energy theorem with all of them.
+/// The limit is `θ_E < 4 + θ_I` with the tension springs in the matrix. With all springs in it, the
+/// energy theorem holds.
 #[test]
 fn theory_knows_the_limit_of_explicit_springs_beside_implicit_ones() {
     const EXACT: &str = "imex-euler:solver=cholesky,implicit=";
@@ -78,7 +79,7 @@ fn theory_knows_the_limit_of_explicit_springs_beside_implicit_ones() {
     assert_eq!(of_pair("imex-euler", 1.0, 0.0, 0.0), Expected::NoTheorem, "an inexact solve");
 }
 
-/// `θ < 4`, whatever the damping; the secant method at rest length is leapfrog.
+/// The limit is `θ < 4` with any damping. The secant method at rest length is leapfrog.
 #[test]
 fn theory_knows_the_limit_of_leapfrog_and_of_the_secant_method() {
     for eta in [0.0, 1.5] {
@@ -94,8 +95,8 @@ fn theory_knows_the_limit_of_leapfrog_and_of_the_secant_method() {
     }
 }
 
-/// Explicit springs beside implicit ones: `θ_E` beyond `4 + θ_I` with their tangents or backward
-/// Euler, `(16 + θ_I)/3`, `8 + θ_I/8` and `θ_I` in the two-step methods.
+/// Limits of explicit springs beside implicit ones: `θ_E = 4 + θ_I` with their tangents or backward
+/// Euler; `(16 + θ_I)/3`, `8 + θ_I/8` and `θ_I` in the two-step methods.
 #[test]
 fn theory_knows_how_much_explicit_stiffness_a_method_bears() {
     for theta in [10.0, 1e3] {
@@ -110,7 +111,7 @@ fn theory_knows_how_much_explicit_stiffness_a_method_bears() {
                 of_pair(&format!("{method}:implicit=tension"), theta, 0.0, share * limit)
             };
             assert_eq!(of(0.98), Expected::NoTheorem, "{method} below θ_E = {limit}");
-            // The margin is one of the whole stiffness.
+            // The margin is a share of the whole stiffness.
             assert_eq!(of(1.2), Expected::Unstable, "{method} beyond θ_E = {limit}");
         }
     }
@@ -158,14 +159,14 @@ impl Progress for Silent {
 
 const UNKNOWN: crate::Source = crate::Source { commit: None, dirty: None };
 
-/// Without files and figures.
+/// A context that writes no files and draws no figures.
 fn quickly(journal: &crate::Journal) -> Context<'_> {
     let (out, source) = (Path::new(""), &UNKNOWN);
     Context { out, quick: true, long: false, progress: &Silent, journal, allocated: None, source }
 }
 
-/// Squeezed, with explicit shear, at a loose tolerance, with one heavy particle, a single particle,
-/// everything pinned: every method in every form.
+/// Runs every method in every form on a squeezed sheet, explicit shear, a loose tolerance, one
+/// heavy particle, a single particle, and pinned particles alone.
 #[test]
 fn on_small_cases_every_verdict_is_what_theory_says_or_explained() {
     let mut cases = scenes::all();
@@ -191,7 +192,7 @@ fn on_small_cases_every_verdict_is_what_theory_says_or_explained() {
     assert!(held >= 20, "only {held} cells were held to their theory");
 }
 
-/// Drag beyond the limit of explicit methods, and slivers: every method in every form.
+/// Runs every method in every form on slivers, and in drag beyond the limit of explicit methods.
 #[test]
 fn in_wind_and_on_slivers_every_verdict_is_what_theory_says_or_explained() {
     let mut cases = scenes::all();
@@ -214,8 +215,8 @@ fn in_wind_and_on_slivers_every_verdict_is_what_theory_says_or_explained() {
             _ => {}
         }
     }
-    // One averages the drag of old and new velocity, one takes its slope from the old one.
+    // One averages the drag of the old and the new velocity; the other linearises at the old one.
     assert_eq!(unstable.into_iter().collect::<Vec<_>>(), ["generalized-alpha", "rosenbrock"]);
-    // Its substeps are within the limit of the drag.
+    // Its substeps stay within the limit of the drag.
     assert_eq!(divided.into_iter().collect::<Vec<_>>(), ["xpbd", "xpbd-lines"]);
 }

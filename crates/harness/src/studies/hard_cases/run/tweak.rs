@@ -1,4 +1,4 @@
-//! Which forms of the methods run, and which settings a case gives them.
+//! Which forms of the methods run, and which settings a case changes.
 
 use crate::methods::runs::Variant;
 use crate::methods::{self, Choice, MethodError};
@@ -10,11 +10,11 @@ pub(super) fn forms() -> Vec<Variant> {
     of_registry(|runs| runs.hard_cases)
 }
 
-/// A form with the settings of its own and those of the case; `None` where a case varies a
+/// A form with its own settings and those of the case. Returns `None` if the case varies a
 /// tolerance and the method has none.
 ///
 /// # Errors
-/// [`MethodError`] when a setting is refused.
+/// [`MethodError`] if a setting is refused.
 pub(super) fn choose(form: &Variant, tweak: Tweak) -> Result<Option<Choice>, MethodError> {
     let (id, own) = methods::parts(form.method);
     let settings = Choice::parse(id, &[])?.method().settings;
@@ -32,13 +32,13 @@ pub(super) fn choose(form: &Variant, tweak: Tweak) -> Result<Option<Choice>, Met
 pub(super) enum Tweak {
     /// Nothing.
     None,
-    /// Only tension springs stand in the matrix, where that is a setting.
+    /// Only tension springs stand in the matrix, if the method can choose.
     ExplicitShear,
-    /// The greatest tolerance that is allowed.
+    /// The largest tolerance that the method allows.
     Loosest,
-    /// The least.
+    /// The smallest tolerance that the method allows.
     Tightest,
-    /// This forcing term, where there is one.
+    /// This forcing term, if the method has one.
     ForcingTerm(f64),
 }
 
@@ -46,8 +46,8 @@ pub(super) enum Tweak {
 const TOLERANCES: [&str; 2] = ["forcing_term", "residual"];
 
 impl Tweak {
-    /// The settings that it gives to a method that declares these; `None` where it has nothing to
-    /// vary.
+    /// The settings to change in a method that declares `declared`. Returns `None` if the method
+    /// has nothing to vary.
     fn settings(self, declared: &[Setting]) -> Option<Vec<String>> {
         let declares = |key: &str| declared.iter().find(|setting| setting.key == key);
         let tolerance = |pick: fn(f64, f64) -> f64| {

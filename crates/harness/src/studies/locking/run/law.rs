@@ -1,20 +1,20 @@
 //! The law of locking.
 //!
 //! With all springs in the matrix, a step of IMEX Euler is
-//! `(M + h² L_k + h L_d) v' = M v + h F(x)`: symplectic Euler with an additional full damping `hk`
-//! of every spring. A sheet at rest length, whose springs do not resist a motion across them,
-//! therefore falls like one in honey: `M v' = M g − h L_k v`, towards `h L_k v = M g`. A mode with
-//! `κ = λ k/m` approaches `a/(hκ)`.
+//! `(M + h² L_k + h L_d) v' = M v + h F(x)`. This is symplectic Euler with an additional full
+//! damping `hk` of every spring. The springs of a sheet at rest length do not resist a motion
+//! across them. Such a sheet therefore falls like one in honey: `M v' = M g − h L_k v`, towards
+//! `h L_k v = M g`. A mode with `κ = λ k/m` approaches `a/(hκ)`.
 
 use drape_integrator::Implicit;
 use drape_model::System;
 
-/// Relative residual at which the solution is taken.
+/// Relative residual at which the solver stops.
 const TOLERANCE: f64 = 1e-13;
 
-/// Solves `L_k u = k 1`, with `u = 0` at pinned particles, for equal masses `m` and the stiffness
-/// quotient `k/m` in 1/s²: the terminal speed of the law is `a u/(h k/m)`. By conjugate gradients
-/// in a fixed order, the same on every machine.
+/// Solves `L_k u = k 1` with `u = 0` at pinned particles, for equal masses `m` and the stiffness
+/// quotient `k/m` in 1/s². The terminal speed of the law is `a u/(h k/m)`. Conjugate gradients sum
+/// in a fixed order, so the bits are the same on every machine.
 pub(super) fn lever(system: &System, stiffness_over_mass: f64) -> Vec<f64> {
     let n = system.len();
     let mut springs = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn lever(system: &System, stiffness_over_mass: f64) -> Vec<f64> {
     u
 }
 
-/// `1/λ` of the lowest swing of a sheet of `side` rows that is held along a whole edge,
+/// `1/λ` of the lowest swing of a sheet of `side` rows that is held along a whole edge, with
 /// `λ = (π/2N)²`.
 pub(super) fn swing_lever(side: u32) -> f64 {
     let root = 2.0 * f64::from(side) / std::f64::consts::PI;

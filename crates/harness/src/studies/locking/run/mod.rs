@@ -17,22 +17,22 @@ use crate::studies::variant::or_defaults;
 use crate::studies::{Context, Measured, Start, prepared, taken};
 use motion::{BUDGET, Setting};
 
-/// Stiffness over mass, 1/s².
+/// Values of stiffness over mass, 1/s².
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
-/// Steps, s: each divides 0.01 s, the distance of the positions through which paths are taken.
+/// Steps, s. Each divides 0.01 s, the distance between positions on a path.
 const STEPS: [f64; 7] = [0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001];
-/// Of them, those for methods that factorise several times in a step.
+/// Steps for methods that factorise several times in a step, s.
 const LONG_STEPS: [f64; 4] = [0.01, 0.005, 0.002, 0.001];
-/// Of the quick subset, 1/s².
+/// Stiffness over mass in the quick subset, 1/s².
 const QUICK: [f64; 1] = [1e6];
 
-/// Every method in its forms, or at its defaults, with the steps at the base stiffness.
+/// Every method in its forms or at its defaults, with its choice of steps at the base stiffness.
 fn forms() -> Vec<(Variant, Steps)> {
     let one = |form| (form, Steps::One);
     methods::runs().flat_map(|(method, runs)| or_defaults(method, runs.locking, one)).collect()
 }
 
-/// Steps at the base stiffness.
+/// The steps at the base stiffness, s.
 fn steps(steps: Steps) -> &'static [f64] {
     match steps {
         Steps::All => &STEPS,
@@ -61,7 +61,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     STIFFNESSES.map(|k| Start::new(format!("sheet-{k:e}"), move || motion::spec(k))).into()
 }
@@ -90,7 +90,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Adds the motion beside that of backward Euler at the same step.
+/// Adds the retained motion against backward Euler at the same step.
 fn beside_backward_euler(runs: &mut [Run]) {
     let key = |run: &Run| (run.stiffness_over_mass_per_s2, run.step_s);
     let standards: Vec<_> = runs
@@ -105,10 +105,10 @@ fn beside_backward_euler(runs: &mut [Run]) {
     }
 }
 
-/// Near this retained motion a library's round-off may decide whether a run counts as locked.
+/// Retained motion near which a library's round-off may decide whether a run counts as locked.
 const EDGE: std::ops::Range<f64> = 0.45..0.55;
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let sheets = facts.sheets.iter();
     let sheets = sheets.map(|sheet| {
@@ -121,7 +121,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if let serde_json::Value::Object(values) = &mut fact.values {
             values.remove("retained_beside_backward_euler");
             if !run.portable {
-                // The sheet folds: what passed through a library is repeatable in its verdict only.
+                // The sheet folds. If a library's functions rounded, only the verdict can be
+                // repeated.
                 values.retain(|_, value| value.is_string());
                 if run.retained.is_some_and(|retained| EDGE.contains(&retained)) {
                     values.remove("verdict");

@@ -1,4 +1,4 @@
-//! The hanging sheet: its true motion, and what a method makes of it.
+//! The hanging sheet: its true motion, and the runs of a method.
 
 use super::law::{lever, swing_lever};
 use super::{BACKWARD_EULER, BASE_STEP};
@@ -16,25 +16,25 @@ use drape_report::Verdict;
 /// Particles along each edge, as in the paper's hanging textile.
 pub(super) const SIDE: u32 = 20;
 const SHEAR: f64 = 0.1;
-/// Damping over mass of the tension springs, 1/s: the paper's.
+/// Damping over mass of the tension springs as in the paper, 1/s.
 const DAMPING: f64 = 40.0;
 const DURATION: f64 = 1.0;
-/// Distance of the positions through which a path is taken, s.
+/// Time between two positions on a path, s.
 const STRIDE: f64 = 0.01;
 /// Longest step of the reference, s, and its share of the stability limit.
 const LONGEST: f64 = 1e-4;
 const SAFETY: f64 = 0.25;
-/// Less than this share of the motion counts as standing still.
+/// A run that retains less than this share of the motion counts as locked.
 const HALF: f64 = 0.5;
 /// Effort after which a run is over budget, in visits of a spring.
 pub(super) const BUDGET: f64 = 1.3e9;
-/// The moment at which an independent prototype took the height, s.
+/// Time at which an independent prototype took the height, s.
 const EARLY: f64 = 0.3;
-/// From here on the speed of fall is taken, s.
+/// Start of the time over which the late speed of fall is averaged, s.
 const LATE: f64 = 0.5;
 
-/// Path of the midpoint in one second, m, in an independent prototype at h = 0.01 s, by k/m; it has
-/// no safeguards.
+/// Length of the midpoint's path in one second, m, in an independent prototype without safeguards,
+/// at h = 0.01 s and by k/m.
 const PROTOTYPE: [(f64, [f64; 4]); 7] = [
     (1e2, [4.947, 4.948, 4.947, 4.947]),
     (1e3, [4.823, 4.859, 4.859, 4.859]),
@@ -44,7 +44,7 @@ const PROTOTYPE: [(f64, [f64; 4]); 7] = [
     (1e7, [0.033, 2.643, 2.294, 2.642]),
     (1e8, [0.003, 4.2, 1.912, 2.635]),
 ];
-/// The labels of its columns here.
+/// Labels of the methods in the columns of [`PROTOTYPE`].
 const COLUMNS: [&str; 4] = [IMEX_EULER, "imex-updated", "baraff-witkin", BACKWARD_EULER];
 
 fn prototype_path(label: &str, stiffness: f64) -> Option<f64> {
@@ -72,7 +72,7 @@ impl Way {
         low + (place - below as f64) * (high - low) - self.0[0].z
     }
 
-    /// When it has first fallen half as far as it falls at most, s.
+    /// Time at which the midpoint has first fallen half of its greatest fall, s.
     pub(super) fn half_fall(&self) -> f64 {
         let start = self.0[0].z;
         let falls: Vec<f64> = self.0.iter().map(|x| start - x.z).collect();
@@ -84,7 +84,7 @@ impl Way {
     }
 }
 
-/// A hanging sheet and its true motion.
+/// A hanging sheet with its true motion.
 pub(super) struct Setting {
     pub(super) sheet: facts::Sheet,
     pub(super) hash: String,
@@ -94,7 +94,7 @@ pub(super) struct Setting {
     released: f64,
 }
 
-/// Runs a choice and follows the midpoint; the way is that as far as the run came.
+/// Makes a run and records the positions of the midpoint, as far as the run comes.
 fn follow(
     simulation: &Simulation,
     choice: &Choice,
@@ -114,7 +114,7 @@ fn follow(
     Ok((counts, Way(way)))
 }
 
-/// The sheet at its start.
+/// The system of the sheet at its start.
 pub(super) fn spec(stiffness: f64) -> Result<SystemSpec, HarnessError> {
     Sheet {
         side: SIDE,
@@ -135,7 +135,7 @@ impl Setting {
         let simulation = Simulation { system, state };
         let (bound, damping) = gershgorin(&simulation.system);
         let limit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
-        // A whole number of steps, also of twice the length, from one position to the next.
+        // A whole number of steps, even of doubled steps, must lead from one position to the next.
         let half_steps = (STRIDE / (2.0 * (SAFETY * limit).min(LONGEST))).ceil();
         let step = STRIDE / (2.0 * half_steps);
         let choice = Choice::parse("symplectic-euler", &[])?;

@@ -1,5 +1,4 @@
-//! A single spring loaded across itself, where the law of locking has a closed form
-//! ([`LoadLaw`]).
+//! A single spring with a load across it. Here the law of locking has a closed form ([`LoadLaw`]).
 
 use crate::HarnessError;
 use crate::methods::runs::Variant;
@@ -13,11 +12,11 @@ use drape_oracle::scenes::{particles, pin, spring};
 
 const STEP: f64 = 0.01;
 const STEPS: u64 = 100;
-/// Load over mass, m/s²: the deflection stays below 1e-3 of the length.
+/// Load over mass, m/s². With it the deflection stays below 1e-3 of the length.
 const LOAD: f64 = 1e-3;
 const THETAS: [f64; 4] = [0.1, 1.0, 10.0, 1000.0];
 
-/// How the spring lies: name, direction, direction of the load.
+/// Positions of the spring: name, direction, and direction of the load.
 const DIRECTIONS: [(&str, [f64; 3], [f64; 3]); 2] = [
     ("along x", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
     ("oblique", [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]),
@@ -29,7 +28,7 @@ pub(super) struct Case {
     method: Variant,
     law: LoadLaw,
     theta: f64,
-    /// Number in [`DIRECTIONS`].
+    /// Index into [`DIRECTIONS`].
     direction: usize,
 }
 
@@ -91,7 +90,7 @@ pub(super) fn run(case: &Case) -> Result<Spring, HarnessError> {
 mod tests {
     use super::*;
 
-    /// The closed form is that of the recurrence with a constant lever, and tends to `a/(hκ)`.
+    /// The closed form solves the recurrence with a constant lever, and tends to `a/(hκ)`.
     #[test]
     fn the_closed_form_solves_the_recurrence_and_tends_to_the_terminal_speed() {
         for law in [LoadLaw::Filtered, LoadLaw::Unfiltered] {

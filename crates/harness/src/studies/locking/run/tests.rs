@@ -7,8 +7,9 @@ use crate::run::{Runner, Simulation};
 use crate::studies::sheet::Sheet;
 use drape_model::{DampingLaw, PinSpec, TimeSpan};
 
-/// A sheet without shear that is held along its whole first row is a bundle of strings:
-/// `u_j = j (2N − 1 − j)/2` at row `j` of `N`, since the pull on each link is the load below it.
+/// A sheet without shear springs that is held along its whole first row is a bundle of strings.
+/// Then `u_j = j (2N − 1 − j)/2` at row `j` of `N`, since the pull on each link is the load below
+/// it.
 #[test]
 fn the_lever_of_strings_is_a_parabola() {
     let side = 7;
@@ -29,10 +30,10 @@ fn the_lever_of_strings_is_a_parabola() {
         let (j, n) = ((i as u32 / side) as f64, f64::from(side));
         assert!((u - 0.5 * j * (2.0 * n - 1.0 - j)).abs() < 1e-9, "{i}: {u}");
     }
-    // In the limit of a fine mesh π²/8 of what the lowest mode alone gives.
+    // On a fine mesh the share tends to π²/8 of the lowest mode's value.
     let share = levers[(side * side - 1) as usize] / swing_lever(side - 1);
     assert!((share - 1.2337).abs() < 0.25, "{share}");
-    // And this is how fast the sheet falls after many steps.
+    // After many steps the sheet falls at this speed.
     let mut simulation = Simulation { system, state };
     let choice = Choice::parse("imex-euler:forcing_term=1e-12,implicit=springs", &[]).unwrap();
     let (h, steps) = (0.1, 20);

@@ -1,4 +1,4 @@
-//! Runs of a few methods.
+//! Tests with runs of a few methods.
 
 use super::super::facts::PROTOTYPE;
 use super::*;
@@ -53,7 +53,7 @@ fn explicit_steps_are_divided_and_keep_their_momenta() -> Result<(), HarnessErro
     Ok(())
 }
 
-/// On the uneven sheet nothing cancels by symmetry: a method that does not pull in pairs drifts.
+/// On the uneven sheet no errors cancel by symmetry. A method whose forces are not pairs drifts.
 #[test]
 fn the_falling_sheet_tells_who_keeps_linear_momentum() -> Result<(), HarnessError> {
     let sheet = setting("fall-1e4")?;
@@ -61,7 +61,8 @@ fn the_falling_sheet_tells_who_keeps_linear_momentum() -> Result<(), HarnessErro
         Ok(sheet.row(&form(label))?.momentum_drift.unwrap_or(f64::NAN))
     };
     assert!(drift("imex-euler")? < 1e-10);
-    // Sweeps over single particles lose less, and say so too.
+    // Sweeps over single particles lose less, and these methods do not claim to keep momentum
+    // either.
     let loses = methods::all().filter(|method| !method.conserves.contains(&Quantity::Momentum));
     let drifts: Result<Vec<_>, _> = loses.map(|method| drift(method.id)).collect();
     assert!(drifts?.iter().any(|drift| *drift > 1e-3));

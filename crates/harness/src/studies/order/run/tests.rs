@@ -1,4 +1,4 @@
-//! What is concluded from errors, and a run of a few methods.
+//! Tests of conclusions from errors, and runs of a few methods.
 
 use super::*;
 
@@ -12,7 +12,7 @@ fn runs(errors: &[Option<f64>]) -> Vec<Run> {
     errors.iter().enumerate().map(run).collect()
 }
 
-/// Errors `c hᵖ` at four steps.
+/// Runs with errors `c hᵖ` at four step sizes.
 fn power_law(c: f64, p: i32) -> Vec<Run> {
     let errors: Vec<_> = runs(&[None; 4]).iter().map(|run| Some(c * run.step_s.powi(p))).collect();
     runs(&errors)
@@ -38,7 +38,7 @@ fn runs_behind_one_that_diverged_do_not_count() {
     mixed[0].error = None;
     let observed = Observed::of(&mixed, Some(1));
     assert_eq!((observed.fitted, observed.agrees), (3, true));
-    // Coarser than one that diverged, a run may be small by chance.
+    // A run that is coarser than a diverged one may have a small error by chance.
     mixed[0].error = Some(1e-9);
     mixed[1].error = None;
     let observed = Observed::of(&mixed, Some(1));
@@ -64,8 +64,8 @@ fn a_few_methods_on_the_smooth_and_on_a_stiff_scene() -> Result<(), HarnessError
         let constant = row.error_constant.unwrap_or_default();
         assert!((3.0..5.0).contains(&constant), "{row:?}");
     }
-    // Springs that are shortened solve another equation: under a name that claims an order, that
-    // shows.
+    // A method that shortens springs solves another equation. The test claims an order for it, and
+    // the claim fails.
     let shortened = smooth.row(&Variant::new("claims an order", "provot"))?;
     assert_eq!((shortened.accepted, shortened.error_constant), (Some(false), None));
     assert_eq!(smooth.row(&Variant::new("provot", "provot"))?.accepted, None);

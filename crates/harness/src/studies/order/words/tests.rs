@@ -1,4 +1,4 @@
-//! Each branch of the words, from small facts.
+//! Tests of each branch of the words, with small facts.
 
 use super::*;
 use drape_report::Verdict;
@@ -13,7 +13,7 @@ fn runs(errors: &[Option<f64>]) -> Vec<Run> {
     errors.iter().enumerate().map(run).collect()
 }
 
-/// A row whose observed order and finest error are given.
+/// A row with this observed order and this error at the finest step.
 fn row(scene: &str, label: &str, theory: Option<u32>, order: Option<f64>, error: f64) -> Row {
     let agrees = |p: f64| theory.is_some_and(|theory| (p - f64::from(theory)).abs() < ACCEPTED);
     Row {

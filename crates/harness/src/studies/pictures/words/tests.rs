@@ -1,8 +1,8 @@
-//! Each branch of the words, from small facts.
+//! Tests of each branch of the words, with small facts.
 
 use super::*;
 
-/// A picture of one particle, at a height.
+/// A picture of one particle at a height (m).
 fn shot(label: &str, time_s: f64, height: Option<f64>) -> Shot {
     Shot {
         series: METHODS.to_owned(),

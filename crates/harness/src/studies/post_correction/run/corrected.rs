@@ -1,5 +1,5 @@
-//! Corrected runs: each step is taken twice from the same state, with its correction and without
-//! it, so that the difference is what the correction did.
+//! Corrected runs. Each step is taken twice from the same state, with its correction and without
+//! it. The difference is the effect of the correction.
 
 use super::sheets::{Course, Kind, SOFT, Setting, elongation, marks, permuted, spinning};
 use crate::HarnessError;
@@ -13,7 +13,7 @@ use drape_model::{State, System, SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
 
-/// A method that corrects, and the same without.
+/// A method with a correction, and the same method without it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Method {
     pub(super) label: &'static str,
@@ -21,15 +21,14 @@ pub(super) struct Method {
     without: &'static str,
 }
 
-/// Provot's and Desbrun's, neither of which has a memory of earlier steps where nothing is in
-/// contact.
+/// Provot's and Desbrun's methods. Without contact, neither remembers earlier steps.
 pub(super) const PROVOT: Method =
     Method { label: "provot", with: "provot:", without: "symplectic-euler" };
 pub(super) const DESBRUN: Method =
     Method { label: "desbrun", with: "desbrun:inverse_dynamics=true,", without: "desbrun" };
 
-/// Orders of the sweep: name, word of the setting, and seed of a permutation of the list of
-/// springs.
+/// An order of the sweeps: its name, the word of the setting, and the seed of a permutation of the
+/// list of springs.
 type Order = (&'static str, &'static str, Option<u64>);
 
 const ORDERS: [Order; 7] = [
@@ -38,9 +37,9 @@ const ORDERS: [Order; 7] = [
     ("shuffled", "shuffled", None),
     ("list 1", "forward", Some(1)),
     ("list 2", "forward", Some(2)),
-    // How much of a difference is mere sensitivity of the motion?
+    // Shows how much of a difference comes from the sensitivity of the motion alone.
     (PERTURBED, "forward", None),
-    // With one sweep a step it is forward.
+    // With one sweep a step, this order is the forward one.
     ("alternating", "alternating", None),
 ];
 
@@ -51,7 +50,7 @@ pub(super) struct Group {
     pub(super) limit: f64,
     pub(super) sweeps: u32,
     pub(super) step_s: f64,
-    /// Whether it is run in all orders, or forward alone.
+    /// Whether all orders are run, or only the forward one.
     pub(super) all_orders: bool,
 }
 
@@ -68,7 +67,7 @@ impl Group {
     }
 }
 
-/// A step with and without correction.
+/// Two copies of a run, with and without correction.
 struct Twins {
     with: Stepper,
     without: Stepper,
@@ -92,7 +91,7 @@ impl Twins {
         })
     }
 
-    /// Returns whether the run is still there.
+    /// Takes a step. Returns whether neither run has diverged.
     fn step(&mut self, system: &System, state: &mut State) -> Result<bool, HarnessError> {
         self.uncorrected.copy_from(state);
         let without = self.without.step(system, &mut self.uncorrected)?;
@@ -109,7 +108,7 @@ fn residual(system: &System, h: f64, before: &[Vec3], after: &[Vec3], force: &[V
     sum
 }
 
-/// All orders of a group on a mesh.
+/// The rows of a group on a mesh, one for each order.
 pub(super) fn rows(setting: &Setting, group: &Group) -> Result<Vec<Row>, HarnessError> {
     let mut rows = Vec::new();
     let mut forward: Option<Course> = None;
@@ -124,10 +123,10 @@ pub(super) fn rows(setting: &Setting, group: &Group) -> Result<Vec<Row>, Harness
     Ok(rows)
 }
 
-/// A disturbance of the start, m: a ten-thousandth of a mesh width.
+/// Largest disturbance of the start, m: a ten-thousandth of a mesh width.
 const DISTURBANCE: f64 = 1e-4 / (super::sheets::SIDE - 1) as f64;
 
-/// Moves every free particle a little.
+/// Moves every free particle by a small disturbance.
 fn perturb(system: &System, state: &mut State) {
     let mut random = Random::new(1);
     for (x, pinned) in state.x.iter_mut().zip(system.pinned()) {
@@ -137,7 +136,7 @@ fn perturb(system: &System, state: &mut State) {
     }
 }
 
-/// What a run of an order starts from.
+/// The start of a run with an order.
 fn begun(
     spec: SystemSpec,
     (name, _, seed): Order,
@@ -153,8 +152,8 @@ fn begun(
     Ok((spec.with_state(&state), Simulation { system, state }))
 }
 
-/// The systems from which runs on a mesh start: those of the [`ORDERS`] that do not start from the
-/// soft sheet as it is, and the spinning sheet.
+/// The systems from which runs on a mesh start: those of the [`ORDERS`] that change the soft sheet,
+/// and the spinning sheet.
 pub(super) fn starts(kind: Kind) -> impl Iterator<Item = Start> {
     let named = move |what: &str| format!("{}, {what}", kind.name());
     let others = ORDERS.into_iter().filter(|(name, _, seed)| seed.is_some() || *name == PERTURBED);
@@ -232,12 +231,12 @@ fn hang(
     Ok((row, course))
 }
 
-/// Angular velocity of the free sheets, 1/s: so fast that their springs stretch by more than the
+/// Angular velocity of the free sheets, 1/s. It is so large that their springs stretch beyond the
 /// limits.
 const SPIN: f64 = 10.0;
 const SPIN_DURATION: f64 = 1.0;
 
-/// A free sheet, corrected by one sweep a step, or not.
+/// Spins a free sheet, with one sweep of corrections a step or without correction.
 pub(super) fn spin(
     kind: Kind,
     method: Method,
@@ -279,12 +278,12 @@ pub(super) fn spin(
     })
 }
 
-/// Numbers of sweeps: up to a thousand.
+/// Numbers of sweeps, up to a thousand.
 const SWEEPS: [u32; 11] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024];
-/// When the uncorrected sheet is taken out of its run to be corrected, s.
+/// Time at which the uncorrected sheet is taken out of its run, s.
 const TAKEN: f64 = 0.25;
 
-/// Corrects a sheet that fell without correction, by more and more sweeps.
+/// Corrects a sheet that fell without correction, by each number of [`SWEEPS`].
 pub(super) fn sweeps(
     setting: &Setting,
     limit: f64,

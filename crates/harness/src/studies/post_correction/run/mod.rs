@@ -1,4 +1,4 @@
-//! Experiment `post-correction`: what shortening springs after the step does, EEH section 3.
+//! Experiment `post-correction`: effects of shortening springs after each step (EEH section 3).
 
 mod corrected;
 mod sheets;
@@ -14,7 +14,7 @@ use sheets::{Kind, REFERENCE_STEP, SIDE, Setting};
 
 const STEP: f64 = 0.0025;
 const LIMITS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
-/// Sweeps a step.
+/// Numbers of sweeps a step.
 const SWEEPS: [u32; 2] = [1, 10];
 
 fn groups(is_quick: bool) -> Vec<Group> {
@@ -28,7 +28,7 @@ fn groups(is_quick: bool) -> Vec<Group> {
         groups.extend(SWEEPS.map(|sweeps| group(PROVOT, limit, sweeps)));
         groups.push(group(DESBRUN, limit, 1));
     }
-    // The same in shorter steps: does the residual vanish?
+    // The same groups with shorter steps show whether the residual vanishes.
     for division in [2.0, 4.0] {
         let step_s = STEP / division;
         groups.push(Group { step_s, all_orders: false, ..group(PROVOT, LIMITS[0], 1) });
@@ -57,7 +57,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let of = |kind: Kind| {
         let sheet = |name: String, stiffness| Start::new(name, move || kind.spec(stiffness, true));
@@ -112,7 +112,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { meshes, rows, spins, sweeps } = facts;
     let meshes = meshes.iter();

@@ -1,4 +1,4 @@
-//! The soft sheets, their stiff references, and how they are compared.
+//! The soft sheets, their stiff references, and the distances between them.
 
 use crate::methods::Choice;
 use crate::run::Simulation;
@@ -23,7 +23,7 @@ pub(super) const TIMES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 const JITTER: f64 = 0.2;
 const SEED: u64 = 1;
 
-/// How the sheet is meshed.
+/// The mesh of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Grid,
@@ -40,7 +40,7 @@ impl Kind {
         }
     }
 
-    /// A hanging sheet, or a free one without gravity and damping.
+    /// A hanging sheet, or a free one without gravity and damping. `stiffness` is k/m, 1/s².
     pub(super) fn spec(self, stiffness: f64, hangs: bool) -> Result<SystemSpec, HarnessError> {
         let sheet = Sheet {
             side: SIDE,
@@ -58,7 +58,7 @@ impl Kind {
     }
 }
 
-/// The same system with its springs in another order.
+/// The same system with its springs in an order that `seed` gives.
 pub(super) fn permuted(mut spec: SystemSpec, seed: u64) -> SystemSpec {
     let mut random = Random::new(seed);
     let springs: &mut [SpringSpec] = &mut spec.springs;
@@ -68,7 +68,7 @@ pub(super) fn permuted(mut spec: SystemSpec, seed: u64) -> SystemSpec {
     spec
 }
 
-/// Greatest elongation of a spring over its rest length, 0 where none is longer than that.
+/// Greatest elongation of a spring over its rest length; 0 if no spring is elongated.
 pub(super) fn elongation(system: &System, x: &[Vec3]) -> f64 {
     let mut greatest = 0.0_f64;
     for split in system.effects().filter_map(Effect::split) {
@@ -93,8 +93,8 @@ pub(super) fn marks(step_s: f64) -> Vec<u64> {
     TIMES.iter().map(|time| (time / step_s).round() as u64).collect()
 }
 
-/// A run without correction: where it is, how far its springs are stretched at most, what energy it
-/// sets free, J.
+/// A run without correction: its positions, its greatest elongation, and the energy that it sets
+/// free, J.
 struct Plain {
     course: Course,
     elongation: f64,
@@ -108,7 +108,7 @@ fn plain(simulation: &Simulation, step_s: f64) -> Result<Plain, HarnessError> {
     let marks = marks(step_s);
     let start = system.total_energy(&state);
     let mut run = Plain { course: Vec::new(), elongation: 0.0, released: 0.0 };
-    // The steps are far shorter than what changes.
+    // The steps are far shorter than the times in which energy and elongation change.
     let look = (1e-3 / step_s).round().max(1.0) as u64;
     for step in 1..=marks[marks.len() - 1] {
         if stepper.step(system, &mut state)?.is_none() {
@@ -125,7 +125,7 @@ fn plain(simulation: &Simulation, step_s: f64) -> Result<Plain, HarnessError> {
     Ok(run)
 }
 
-/// A mesh with the courses that corrected runs are compared with.
+/// A mesh with the courses with which corrected runs are compared.
 pub(super) struct Setting {
     pub(super) spec: SystemSpec,
     pub(super) simulation: Simulation,
@@ -176,7 +176,7 @@ impl Setting {
         Ok(setting)
     }
 
-    /// Distances of a course to the stiff sheet, over its motion.
+    /// Distances of a course from the stiff sheet, over its motion.
     pub(super) fn distances(&self, course: &Course) -> Vec<f64> {
         self.between(course, &self.reference)
     }
@@ -193,7 +193,7 @@ impl Setting {
     }
 }
 
-/// The soft sheet, free and undamped, that spins in its plane.
+/// The soft sheet, free and undamped, spinning in its plane with `spin` (1/s).
 pub(super) fn spinning(kind: Kind, spin: f64) -> Result<Simulation, HarnessError> {
     let (system, mut state): (System, State) = kind.spec(SOFT, false)?.build()?;
     for (v, x) in state.v.iter_mut().zip(&state.x) {

@@ -1,4 +1,4 @@
-//! That twin steps see the correction and nothing else, and what is concluded.
+//! Twin steps isolate the correction; and tests of the findings.
 
 use super::super::facts::{groups, spread};
 use super::super::words::words;
@@ -11,7 +11,8 @@ use crate::studies::post_correction::facts::{FORWARD, Mesh, PERTURBED, Row, Spin
 use drape_model::TimeSpan;
 use drape_report::Verdict;
 
-/// Were the two steps of a pair not the same method, the difference would not be the correction.
+/// If the two steps of a pair were not the same method, their difference would not be the
+/// correction.
 #[test]
 fn without_a_reachable_limit_both_methods_are_their_uncorrected_twins_bit_for_bit() {
     for (with, without) in [
@@ -56,7 +57,8 @@ fn elongation_is_that_of_the_longest_spring() {
     assert!((elongation(&system, &state.x) - 0.3).abs() < 1e-12);
 }
 
-/// Shortening moves both ends along the spring: linear momentum stays, angular momentum does not.
+/// Shortening moves both ends along the spring, so it keeps linear momentum. Angular momentum does
+/// not stay the same.
 #[test]
 fn corrections_keep_momentum_and_take_angular_momentum() {
     let corrected = spin(Kind::Triangles, PROVOT, Some(0.05), STEP).expect("runs");

@@ -1,5 +1,5 @@
-//! Runs in which the system changes on the way: who rebuilds when, and is the answer that of a run
-//! which starts there?
+//! Runs in which the system changes. They show which change makes a solver rebuild, and whether the
+//! result equals that of a run that starts after the change.
 
 use super::system::{STEP, hanging};
 use crate::HarnessError;
@@ -12,32 +12,32 @@ use drape_model::{EffectKind, State, System};
 /// Particles along each edge, and stiffness over mass, 1/s².
 const SIDE: u32 = 20;
 const STIFFNESS: f64 = 1e4;
-/// Steps after each change.
+/// Number of steps after each change.
 const STEPS: u64 = 10;
-/// A particle near the middle that is pinned on the way.
+/// A particle near the middle that is pinned during the run.
 const HELD: usize = (SIDE * SIDE / 2 + SIDE / 2) as usize;
 
-/// Solver and method: tight where it has a tolerance, and without memory of earlier steps.
+/// Solver and method. The method has a tight tolerance if any, and does not remember earlier steps.
 pub(super) const METHODS: [(&str, &str); 3] = [
     (DENSE, "desbrun:inverse=dense,torque=none"),
     (CHOLESKY, "desbrun:inverse=cholesky,torque=none"),
     (CG, "imex-euler:implicit=springs,forcing_term=1e-14,start=last"),
 ];
 
-/// What is changed.
+/// A change of the system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
-    /// Nothing, for comparison.
+    /// No change, for comparison.
     Nothing,
-    /// The step size, by this factor.
+    /// The step size is multiplied by this factor.
     Step(f64),
-    /// All stiffnesses.
+    /// All stiffnesses are multiplied by this factor.
     Stiffness(f64),
-    /// All masses.
+    /// All masses are multiplied by this factor.
     Mass(f64),
-    /// Whether the particle in the middle is held.
+    /// The particle near the middle is pinned, or released.
     Pin(bool),
-    /// The step size, in each step anew.
+    /// The step size changes in every step.
     EveryStep,
 }
 
@@ -81,7 +81,7 @@ fn add(sum: &mut Setups, setups: Setups) {
     sum.constraints += setups.constraints;
 }
 
-/// Steps after a change; returns the set-ups by cause.
+/// Takes the steps after a change. Returns the number of set-ups by cause.
 fn go_on(
     stepper: &mut Stepper,
     event: Event,
@@ -102,7 +102,7 @@ fn go_on(
     Ok(setups)
 }
 
-/// One method through all changes.
+/// Runs one method through all changes.
 pub(super) fn change(solver: &str, method: &str) -> Result<Change, HarnessError> {
     let choice = Choice::parse(method, &[])?;
     let (mut system, mut state) = hanging(SIDE, STIFFNESS)?.build()?;

@@ -1,5 +1,4 @@
-//! Experiment `precomputed-inverse`: what Desbrun's inverse costs, and what a change of the system
-//! costs it.
+//! Experiment `precomputed-inverse`: the cost of Desbrun's inverse, and of a change of the system.
 
 mod changes;
 mod system;
@@ -18,12 +17,12 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 use system::{Case, LOOSE, Problem, STEP};
 
-/// Particles along each edge: 100 to 2704, the paper's largest.
+/// Numbers of particles along each edge: 100 to 2704 particles, the paper's largest sheet.
 const SIDES: [u32; 5] = [10, 20, 30, 40, 52];
 const QUICK_SIDES: [u32; 2] = [10, 20];
-/// Repetitions of what is timed.
+/// Number of timed repetitions.
 const REPETITIONS: usize = 5;
-/// Steps of a repetition.
+/// Number of steps in a repetition.
 const TIMED_STEPS: u64 = 50;
 
 /// How the timings are taken.
@@ -57,7 +56,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let mut starts: Vec<Start> = Vec::new();
     for case in system::cases(&SIDES) {
@@ -125,7 +124,7 @@ fn time(case: &Case) -> Result<TimingRow, HarnessError> {
     Ok(row)
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let Facts { solvers, changes } = facts;
     let solvers = solvers.iter().map(|solver| {

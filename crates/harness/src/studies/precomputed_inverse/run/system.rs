@@ -17,15 +17,15 @@ use drape_solvers::{CompleteCholesky, Constraints, DenseInverse, ScalarMatrix};
 pub(super) const STEP: f64 = 0.01;
 /// Tolerance of CG in the runs: the default of IMEX Euler.
 pub(super) const LOOSE: f64 = 1e-3;
-/// Tolerance of CG where its solution is compared.
+/// Tolerance of CG for comparing its solution.
 const TIGHT: f64 = 1e-14;
-/// Most memory that an inverse may take, bytes.
+/// Largest memory of an inverse, bytes.
 const MEMORY: usize = 1 << 31;
-/// Coordinates of a particle.
+/// Number of coordinates of a particle.
 const COORDINATES: f64 = 3.0;
-/// Steps of the run in which CG iterations are counted.
+/// Number of steps of the run in which CG iterations are counted.
 const COUNTED: u64 = 100;
-/// Steps after which the right-hand side is taken whose solutions are compared.
+/// Number of steps before the one whose solutions are compared.
 const TAKEN: u64 = 20;
 
 /// A sheet and a solver.
@@ -47,7 +47,7 @@ impl Case {
         hanging(self.side, self.stiffness)
     }
 
-    /// The method whose step has this solver in it.
+    /// The method that solves its steps with this solver.
     pub(super) fn method(&self) -> String {
         match self.solver {
             DENSE => "desbrun:inverse=dense,torque=none".to_owned(),
@@ -85,7 +85,7 @@ pub(super) fn hanging(side: u32, stiffness: f64) -> Result<SystemSpec, HarnessEr
     .spec()
 }
 
-/// `A v = b` of a step from a state, under the pins.
+/// The linear system `A v = b` of a step from a state, under the pins.
 pub(super) struct Problem {
     pub(super) simulation: Simulation,
     pub(super) constraints: Constraints,
@@ -93,7 +93,7 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// The step after `steps` steps of the fall.
+    /// The system of the step that follows `steps` steps of the fall.
     pub(super) fn new(spec: &SystemSpec, steps: u64) -> Result<Self, HarnessError> {
         let (system, mut state) = spec.build()?;
         let fall = Choice::parse("imex-euler:implicit=springs,forcing_term=1e-10", &[])?;
@@ -127,18 +127,18 @@ fn norm(vectors: impl Iterator<Item = Vec3>) -> f64 {
     vectors.map(|v| v.norm_squared()).sum::<f64>().sqrt()
 }
 
-/// Entries of each row of the lower triangle, the diagonal one among them.
+/// Number of entries in each row of the lower triangle, including the diagonal.
 fn lower_counts(matrix: &ScalarMatrix) -> impl Iterator<Item = usize> {
     (0..matrix.n()).map(|i| matrix.row(i).0.iter().filter(|&&j| j as usize <= i).count())
 }
 
-/// Operations of one iteration of CG: a product with the matrix, the two triangles, five operations
-/// on vectors.
+/// Number of operations of a CG iteration: a product with the matrix, the two triangles, and five
+/// operations on vectors.
 fn iteration(n: f64, matrix: f64, lower: f64) -> f64 {
     COORDINATES * (2.0 * matrix + 4.0 * lower + 10.0 * n)
 }
 
-/// Mean CG iterations a step of the fall at the usual tolerance.
+/// Mean number of CG iterations a step of the fall, at the usual tolerance.
 fn cg_per_step(case: &Case, problem: &Problem) -> Result<f64, HarnessError> {
     let Simulation { system, state } = &problem.simulation;
     let mut state = state.clone();
@@ -151,7 +151,7 @@ fn cg_per_step(case: &Case, problem: &Problem) -> Result<f64, HarnessError> {
     Ok(iterations as f64 / COUNTED as f64)
 }
 
-/// Counts of one solver, and whether it gives the answer of the sparse factor.
+/// Counts of one solver, and the difference of its solution from the sparse factor's.
 pub(super) fn solver(case: &Case) -> Result<Solver, HarnessError> {
     let spec = case.spec()?;
     let problem = Problem::new(&spec, TAKEN)?;
@@ -210,7 +210,7 @@ pub(super) fn solver(case: &Case) -> Result<Solver, HarnessError> {
     })
 }
 
-/// All solvers on sheets of the given sizes. The cost of a direct one does not depend on the
+/// All solvers on sheets with these sides. The cost of a direct solver does not depend on the
 /// stiffness.
 pub(super) fn cases(sides: &[u32]) -> Vec<Case> {
     let mut cases = Vec::new();

@@ -1,4 +1,4 @@
-//! Counts on a system that can be counted by hand, rebuilds by cause, and what is concluded.
+//! Tests of counts on a small system, of rebuilds by cause, and of the findings.
 
 use super::super::facts::crossover;
 use super::super::words::words;
@@ -13,7 +13,7 @@ fn case(solver: &'static str) -> Case {
 #[test]
 fn the_solvers_agree_and_keep_what_they_say() {
     let rows = [DENSE, CHOLESKY, CG].map(|name| solver(&case(name)).expect("runs"));
-    // 25 particles; 40 structural and 32 diagonal springs.
+    // The sheet has 25 particles, 40 structural and 32 diagonal springs.
     for row in &rows {
         assert_eq!((row.particles, row.matrix_nonzeros), (25, 25 + 2 * 72));
         assert!(row.disagreement < 1e-11, "{row:?}");
@@ -30,8 +30,8 @@ fn the_solvers_agree_and_keep_what_they_say() {
 fn changes_cause_one_rebuild_each_and_answers_are_those_of_a_fresh_start() {
     for (name, method) in changes::METHODS {
         let run = changes::change(name, method).expect("runs");
-        // Two lasting changes of the step, ten in a row that alternate, and the first of these is
-        // one.
+        // There are two lasting changes of the step and ten alternating ones, of which the first is
+        // a change too.
         assert_eq!((run.first, run.stiffness, run.constraints), (1, 3, 2), "{run:?}");
         assert_eq!(run.step_size, 2 + 10, "{run:?}");
         assert!(run.distance_to_fresh_m.iter().all(|d| *d < 1e-9), "{run:?}");

@@ -1,5 +1,5 @@
-//! The same question by the clock: every bundled scene, the scenes of this study, and scenes with
-//! other forces.
+//! The same question by measured time, on every bundled scene, the scenes of this study, and scenes
+//! with other forces.
 
 use super::forces;
 use super::scenes::{self, Question};
@@ -14,28 +14,28 @@ use std::time::{Duration, Instant};
 
 /// Wall time of a comparison.
 const BUDGET: Duration = Duration::from_secs(60);
-/// Wall time of the search, and of the true motion on the pushed cloth, which takes at most three
-/// tenths.
+/// Wall time of the search, and of measuring the advice on the pushed cloth. The true motion takes
+/// at most three tenths of it.
 const SEARCH: Duration = Duration::from_secs(90);
-/// A form ends in the search once it takes this many times as long as the best: twice as many as
-/// in the comparison.
+/// The search stops a form once it takes this many times as long as the best. The factor is twice
+/// that of the comparison.
 const WIDER: f64 = 2.0 * DOMINATED;
-/// Simulated time of a bundled scene that names none, s: 30 frames.
+/// Simulated time of a bundled scene that does not give one, s: 30 frames.
 const USUAL_S: f64 = 0.5;
-/// Forms of the search that are timed in turns with the advice.
+/// Largest number of the search's forms that are timed in turns with the advice.
 const RIVALS: usize = 4;
-/// How often each is timed at least and at most. After so many seconds no further turn begins.
+/// Least and largest number of turns. After this many seconds no further turn begins.
 const TURNS: [u32; 2] = [2, 7];
 const TURNS_S: f64 = 3.0;
 
-/// A scene to be asked about.
+/// A question to be answered by measured time.
 pub(super) struct Trial<'a> {
     name: String,
     origin: Origin,
     make: Box<dyn Fn() -> Result<SystemSpec, HarnessError> + 'a>,
     duration_s: f64,
     target_m: Option<f64>,
-    /// What was found by modelled time.
+    /// The best run by modelled time.
     modelled: Option<&'a Pick>,
 }
 
@@ -106,16 +106,16 @@ fn duration(name: &str) -> f64 {
     whole.unwrap_or(USUAL_S)
 }
 
-/// A run that is timed in turns.
+/// A run that is timed in turns with others.
 struct Rival {
     pick: Pick,
     choice: Choice,
-    /// Its least time a frame, s: a positive number, or none where it was not timed.
+    /// Its least time a frame, s. The time is positive; `None` before the first valid turn.
     least_s: Option<f64>,
 }
 
 impl Rival {
-    /// Takes the time of one turn, if it is one.
+    /// Takes the time of one turn, s. A time that is not positive and finite is ignored.
     fn took(&mut self, time: Option<f64>) {
         if let Some(time) = time.filter(|time| time.is_finite() && *time > 0.0) {
             self.least_s = Some(self.least_s.map_or(time, |least| least.min(time)));
@@ -123,7 +123,7 @@ impl Rival {
     }
 }
 
-/// What the turns say.
+/// The judgement from the times of the turns.
 #[derive(Debug, PartialEq)]
 struct Judged<'a> {
     /// The fastest of the runs that met the target in the search.
@@ -132,7 +132,7 @@ struct Judged<'a> {
     over_model: Option<f64>,
 }
 
-/// Reads the times. `met` are runs that met the target in the search: no other run may be the best.
+/// Judges the times. Only a run in `met`, i.e. one that met the target in the search, can be best.
 fn judged<'a>(
     rivals: &[Rival],
     met: &'a [Pick],
@@ -159,7 +159,7 @@ impl Trial<'_> {
         Ok(compare(&self.name, spec, self.duration_s, options, &|_| ())?.facts)
     }
 
-    /// What the clock of this machine says.
+    /// Runs the comparison and the search on this machine, and times their best runs.
     pub(super) fn time(&self) -> Result<TimingRow, HarnessError> {
         let spec = (self.make)()?;
         let found = self.asked(&spec, &self.options(BUDGET))?;
@@ -192,7 +192,7 @@ impl Trial<'_> {
             let met = best_of(&all);
             let rivals = self.in_turns(&spec, advice.as_ref(), &met)?;
             let judged = judged(&rivals, &met, advice.as_ref(), self.modelled);
-            // The search found one, also where none of its runs could be timed again.
+            // The search found a run, even if none could be timed again.
             let best = judged.best.or(met.first());
             row.best = best.map(|best| best.label.clone());
             row.best_substeps = best.map_or(0, |best| best.substeps);
@@ -207,8 +207,8 @@ impl Trial<'_> {
         Ok(row)
     }
 
-    /// The advised run and the best ones of the search, timed in turns. `met` are the runs of the
-    /// search that met the target, the fastest first.
+    /// Times the advised run and the best runs of the search in turns. `met` are the search's runs
+    /// that met the target, fastest first.
     fn in_turns(
         &self,
         spec: &SystemSpec,
@@ -217,7 +217,7 @@ impl Trial<'_> {
     ) -> Result<Vec<Rival>, HarnessError> {
         let near = met.first().map_or(0.0, |best| TIE * best.frame_s);
         let fast = met.iter().filter(|pick| pick.frame_s <= near).take(RIVALS);
-        // The best form by modelled time need not be among the best here.
+        // The best run by modelled time need not be among the fastest on this machine.
         let mut rivals: Vec<Rival> = Vec::new();
         for pick in advice.into_iter().chain(fast).chain(self.modelled) {
             if !rivals.iter().any(|known| is_same(&known.pick, pick)) {
@@ -246,7 +246,7 @@ fn is_same(a: &Pick, b: &Pick) -> bool {
     a.method == b.method && a.substeps == b.substeps
 }
 
-/// The fastest run of each form that meets the target, the fastest form first.
+/// The fastest run of each form that meets the target, fastest form first.
 fn best_of(record: &Record) -> Vec<Pick> {
     let mut best: Vec<Pick> = Vec::new();
     for (form, named) in record.forms.iter().enumerate() {
@@ -286,14 +286,14 @@ mod tests {
         rival
     }
 
-    /// A search that found nothing cannot say that the advice is the best.
+    /// A search that found nothing cannot show that the advice is the best.
     #[test]
     fn without_a_run_that_meets_the_target_in_the_search_there_is_no_regret() {
         let advice = pick("advised", 1.0);
         let rivals = [rival(&advice, &[Some(2.0)])];
         let found = judged(&rivals, &[], Some(&advice), None);
         assert_eq!(found, Judged { best: None, regret: None, over_model: None });
-        // The form of another machine is timed, and is not the best here either.
+        // The best run by modelled time is timed, but it is not the best here either.
         let modelled = pick("modelled", 0.5);
         let rivals = [rival(&advice, &[Some(2.0)]), rival(&modelled, &[Some(1.0)])];
         let found = judged(&rivals, &[], Some(&advice), Some(&modelled));
@@ -313,7 +313,7 @@ mod tests {
         let found = judged(&rivals, &met, Some(&advice), Some(&modelled));
         assert_eq!(found.best, Some(&met[1]));
         assert_eq!((found.regret, found.over_model), (Some(2.0), Some(2.0)));
-        // An advice that the search does not know may be faster than all it found.
+        // An advised run that the search does not have may be faster than all of the search's.
         let rivals = [rival(&advice, &[Some(1.0)]), rival(&met[0], &[Some(2.0)])];
         assert_eq!(judged(&rivals, &met, Some(&advice), None).regret, Some(0.5));
         assert_eq!(judged(&rivals, &met, None, None).regret, None);
@@ -328,7 +328,7 @@ mod tests {
         let met = [pick("first", 1.0)];
         let found = judged(&[lost, rival(&met[0], &[Some(1.0)])], &met, Some(&advice), None);
         assert_eq!((found.best, found.regret), (Some(&met[0]), None));
-        // Neither a lost time of the best nor a modelled time of zero makes a number.
+        // A lost time of the best or a modelled time of zero gives no ratio.
         let rivals = [rival(&advice, &[Some(1.0)]), rival(&met[0], &wrong)];
         let found = judged(&rivals, &met, Some(&advice), Some(&advice));
         assert_eq!(found, Judged { best: None, regret: None, over_model: None });

@@ -1,4 +1,4 @@
-//! Scenes with contact, friction, wind, hinges and angles, which are for judging alone: no rule,
+//! Scenes with contact, friction, wind, hinges and angles. They serve for judging only: no rule,
 //! form or setting was chosen by looking at them.
 
 use crate::HarnessError;
@@ -6,7 +6,7 @@ use drape_model::SystemSpec;
 
 type Make = fn() -> Result<SystemSpec, HarnessError>;
 
-/// Name and system of each.
+/// Name and system of each scene.
 pub(super) const SCENES: &[(&str, Make)] = &[
     ("towel-on-box", towel_on_box),
     ("scarf-on-ball", scarf_on_ball),
@@ -20,11 +20,11 @@ pub(super) const SCENES: &[(&str, Make)] = &[
     ("hinged-mesh-in-wind", hinged_mesh_in_wind),
     ("angles-on-peg", angles_on_peg),
     ("dragged-cloth", dragged_cloth),
-    // Made after the first two rules of the comparison that these scenes led to.
+    // Made after these scenes had led to the first two rules of the comparison.
     ("blanket-over-edge", blanket_over_edge),
     ("banner-in-squall", banner_in_squall),
     ("cloth-on-two-balls", cloth_on_two_balls),
-    // Made with the last.
+    // Made after the last rule.
     ("tarpaulin-on-edge", tarpaulin_on_edge),
     ("kite-on-strings", kite_on_strings),
     ("napkin-thrown", napkin_thrown),

@@ -17,11 +17,11 @@ use drape_model::SystemSpec;
 use scenes::{Question, questions};
 use std::time::Duration;
 
-/// Seed of the noise.
+/// Seed of the random numbers of the noise.
 const SEED: u64 = 20;
-/// Velocity that the whole cloth gets besides where the advice is measured again, m/s.
+/// Velocity that is added to all free particles when the advice is measured again, m/s.
 const PUSH: [f64; 3] = [0.07, -0.05, 0.05];
-/// Wall time that never ends: what runs is decided by counted work alone.
+/// A wall time that never ends, so that counted work alone decides which runs are made.
 const ENDLESS: Duration = Duration::from_secs(1_000_000);
 
 /// How the facts are measured.
@@ -52,7 +52,7 @@ pub(super) fn method() -> String {
 
 pub(super) use clock::timing;
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let mut names = Vec::new();
     let mut all = questions();
@@ -64,13 +64,13 @@ pub(super) fn starts() -> Vec<Start> {
     let springs =
         all.into_iter().map(|Question { scene, .. }| both(scene.name, move || scene.spec()));
     let others = forces::SCENES.iter().map(|&(name, make)| both(name, make));
-    // Bundled scenes have names of their own, and are pushed here alone.
+    // Bundled scenes have their own names; only their pushed starts belong to this study.
     let bundled = drape_model::bundled::names()
         .map(|name| pushed_start(name, move || Ok(drape_model::load(name)?.spec().clone())));
     springs.chain(others).flatten().chain(bundled).collect()
 }
 
-/// A scene, and the same with all free particles pushed.
+/// The starts of a scene: as it is, and with all free particles pushed.
 fn both(
     name: &str,
     make: impl Fn() -> Result<SystemSpec, HarnessError> + Copy + 'static,
@@ -78,7 +78,7 @@ fn both(
     [Start::new(name, make), pushed_start(name, make)]
 }
 
-/// A scene with all free particles pushed.
+/// The start of a scene with all free particles pushed.
 fn pushed_start(
     name: &str,
     make: impl Fn() -> Result<SystemSpec, HarnessError> + 'static,
@@ -136,8 +136,8 @@ impl Question {
     }
 }
 
-/// The error of a run that was measured again, m, and that which counts as met: `None` where it was
-/// not measured.
+/// The error of a run on the pushed cloth and the largest error that meets the target, m. An entry
+/// is `None` if it was not measured.
 fn measured(again: Option<Checked>) -> (Option<f64>, Option<f64>) {
     match again {
         Some(Checked::Held { error_m, good_m }) => (error_m, Some(good_m)),
@@ -145,7 +145,7 @@ fn measured(again: Option<Checked>) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// A ratio of two times, if it is a number: no other belongs into a record.
+/// The ratio of two times, or `None` if it is not finite: a record holds numbers only.
 fn ratio(time: f64, other: f64) -> Option<f64> {
     Some(time / other).filter(|ratio| ratio.is_finite())
 }
@@ -163,7 +163,7 @@ fn pushed(spec: &SystemSpec) -> SystemSpec {
     spec
 }
 
-/// What a record advises.
+/// The run that a record advises.
 fn pick(record: &Record) -> Option<Pick> {
     let run = &record.runs[advise(record).take?.run];
     let form = record.form_of(run);
@@ -176,7 +176,7 @@ fn pick(record: &Record) -> Option<Pick> {
     })
 }
 
-/// Modelled time a frame of all runs, s.
+/// Sum of the modelled times a frame of all runs, s.
 fn work(record: &Record) -> f64 {
     record.runs.iter().map(|run| run.frame_s).sum()
 }
@@ -205,7 +205,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts: Facts { cases }, timings, scenes, seed: Some(SEED) })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let case =
         |case: &Case| fact(format!("{}, {} m", case.scene, case.target_m), case.portable, case);

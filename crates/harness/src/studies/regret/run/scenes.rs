@@ -1,4 +1,4 @@
-//! Scenes that are for judging alone: no rule, form or setting was chosen by looking at them.
+//! Scenes that serve for judging only: no rule, form or setting was chosen by looking at them.
 
 use crate::HarnessError;
 use crate::studies::sheet::{GRAVITY, Sheet};
@@ -6,10 +6,10 @@ use drape_model::{DampingLaw, KeyframeSpec, PinSpec, SystemSpec};
 
 /// Simulated time, s: 30 frames.
 pub(super) const DURATION_S: f64 = 0.5;
-/// Targets, over the longest side of the cloth.
+/// Largest errors that are asked for, over the longest side of the cloth.
 const TARGETS: [f64; 2] = [0.01, 0.0025];
 
-/// A scene.
+/// A scene of the facts.
 #[derive(Clone, Copy)]
 pub(super) struct Scene {
     pub(super) name: &'static str,
@@ -19,7 +19,7 @@ pub(super) struct Scene {
     make: fn() -> Result<SystemSpec, HarnessError>,
 }
 
-/// A scene and a greatest error.
+/// A scene and the largest error that is asked for.
 #[derive(Clone, Copy)]
 pub(super) struct Question {
     pub(super) scene: Scene,
@@ -29,13 +29,13 @@ pub(super) struct Question {
 }
 
 impl Scene {
-    /// The system.
+    /// The system of the scene.
     pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         (self.make)()
     }
 }
 
-/// A scene of a grid from its JSON parts.
+/// The system of a grid, from JSON parts of a scene file.
 fn grid(cloth: &str, effects: &str, rest: &str) -> Result<SystemSpec, HarnessError> {
     let text = format!(
         r#"{{ "format": "drape-scene/1", "name": "held-out", "cloth": {{ "grid": {{ {cloth} }} }},
@@ -45,7 +45,7 @@ fn grid(cloth: &str, effects: &str, rest: &str) -> Result<SystemSpec, HarnessErr
     Ok(drape_model::parse("held-out", &text)?.spec().clone())
 }
 
-/// Tension, shear and damping of a fabric: N/m, N/m, N·s/m.
+/// The JSON text of a fabric with this tension (N/m), shear (N/m) and damping (N s/m).
 fn fabric(tension: f64, shear: f64, damping: f64) -> String {
     let tenth = 0.1 * damping;
     format!(
@@ -151,7 +151,8 @@ fn kerchief() -> Result<SystemSpec, HarnessError> {
     grid(cloth, &fabric(5000.0, 1500.0, 0.4), pins)
 }
 
-/// All scenes: of springs, gravity and pins, because prices know no other effect.
+/// All scenes. They have springs, gravity and pins only, since the prices of work cover no other
+/// effect.
 fn scenes() -> Vec<Scene> {
     let scene = |name, size_m, description, make| Scene { name, description, size_m, make };
     vec![

@@ -1,4 +1,4 @@
-//! The scenes, and one case from end to end.
+//! Tests of the scenes, and of one case from end to end.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -18,7 +18,7 @@ fn every_scene_builds_has_its_size_and_moves() {
         system.forces(state.level(), &mut force);
         assert!(force.iter().any(|force| force.norm() > 1e-6), "{}", scene.name);
     }
-    // A scene is for judging alone: no bundled one, and no start of another study, is the same.
+    // No scene may be bundled or start another study, since it serves for judging only.
     let ours: Vec<_> =
         questions.iter().map(|question| system_hash(&question.scene.spec().unwrap())).collect();
     for name in drape_model::bundled::names() {
@@ -27,7 +27,7 @@ fn every_scene_builds_has_its_size_and_moves() {
     }
 }
 
-/// A pushed cloth is the scene itself but for the velocities of its free particles.
+/// A pushed cloth differs from its scene only in the velocities of its free particles.
 #[test]
 fn every_scene_has_a_pushed_start_beside_it() {
     let starts = starts();
@@ -49,8 +49,8 @@ fn every_scene_has_a_pushed_start_beside_it() {
     assert_eq!(seen, own + drape_model::bundled::names().count());
 }
 
-/// The scenes by the clock: all bundled ones, those of the facts, and ten or more with other forces,
-/// which are none of ours elsewhere.
+/// The scenes by measured time: all bundled ones, those of the facts, and at least ten with other
+/// forces. The last belong to no other study.
 #[test]
 fn the_clock_sees_every_bundled_scene_and_other_forces() {
     let bundled: Vec<_> = drape_model::bundled::names().collect();
@@ -80,8 +80,8 @@ fn the_clock_sees_every_bundled_scene_and_other_forces() {
     assert_eq!(all.len(), bundled.len() + forces::SCENES.len());
 }
 
-/// The advice of the quick case is what the exhaustive search finds, and the facts are the same
-/// bits again.
+/// The advice of the quick case is the exhaustive search's best run, and the facts have the same
+/// bits in a second run.
 #[test]
 fn a_case_is_a_fact() {
     let question = questions().into_iter().find(|question| question.is_quick).unwrap();

@@ -1,4 +1,4 @@
-//! Experiment `rest`: who brings a cloth to rest, where, and for how much.
+//! Experiment `rest`: which methods bring a cloth to rest, in which shape, and at what cost.
 
 mod scenes;
 #[cfg(test)]
@@ -11,14 +11,15 @@ use crate::studies::rest::facts::{Facts, RIGHT, THERE, TimingRow};
 use crate::studies::{Context, Measured, Start, prepared};
 use scenes::Setting;
 
-/// Looks at the cloth in a second.
+/// Number of looks at the cloth a second.
 const LOOKS_PER_S: u32 = 10;
-/// Steps from one look to the next of methods that stiffness does not limit: the first two always,
-/// the others until one arrives.
+/// Numbers of steps between looks for methods that stiffness does not limit. The first [`ALWAYS`]
+/// are always run, the others until one run ends in a right shape.
 const STEPS: [u32; 5] = [1, 3, 10, 30, 100];
-/// How many of these every form runs.
+/// How many of [`STEPS`] every form runs.
 const ALWAYS: usize = 2;
-/// Steps of explicit methods, over those within the limit; the first that arrive count.
+/// Numbers of steps of explicit methods, over the number within the limit. The first run that
+/// arrives counts.
 const SHARES: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 4.0];
 
 /// How the facts are measured.
@@ -72,7 +73,7 @@ pub(super) fn timing() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     scenes::cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
@@ -92,7 +93,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes, seed: Some(scenes::SEED) })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
     let runs = facts.runs.iter().map(|run| {
@@ -101,7 +102,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if !run.portable
             && let serde_json::Value::Object(values) = &mut fact.values
         {
-            // Where cloth buckles is not repeatable after a library has rounded.
+            // If a library's functions rounded, it is not repeatable where cloth buckles.
             values.retain(|key, value| value.is_string() && key != "verdict");
         }
         fact

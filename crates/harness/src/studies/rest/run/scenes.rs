@@ -1,4 +1,4 @@
-//! Cloth on tables, its rest shapes, and what a method makes of it.
+//! Cloth on tables: its scenes, its rest shapes, and the runs of a method.
 
 use super::{ALWAYS, LOOKS_PER_S, SHARES, STEPS};
 use crate::cost::{Counted, prices};
@@ -23,12 +23,12 @@ use serde_json::json;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Of the velocities at the start.
+/// Seed of the random velocities at the start.
 pub(super) const SEED: u64 = 21;
-/// Greatest vertical speed of a particle at the start, m/s: it breaks the symmetry without stress.
+/// Greatest vertical speed of a particle at the start, m/s. It breaks the symmetry without stress.
 pub(super) const NUDGE: f64 = 0.01;
-/// Rate at which air slows cloth down along its normal, 1/s, and damping over stiffness of the
-/// springs, s, on the round table.
+/// Rate at which air slows cloth along its normal, 1/s, and damping over stiffness of the springs,
+/// s: both on the round table.
 pub(super) const AIR: f64 = 10.0;
 pub(super) const RETARDATION: f64 = 1e-4;
 /// Radii of cloth and round table, m.
@@ -36,38 +36,41 @@ const RADII: [f64; 2] = [0.15, 0.09];
 /// Stiffness and damping over mass on the square table, 1/s² and 1/s.
 pub(super) const STIFFNESS: f64 = 1e6;
 pub(super) const DAMPING: f64 = 40.0;
-/// Shares of it that resist shear and bending.
+/// Shares of [`STIFFNESS`] that shear and bending springs have.
 const SHEAR: f64 = 0.1;
 const BENDING: f64 = 0.01;
-/// A run ends at rest: force on a particle over the weight of the heaviest, and speed, m/s.
+/// A run ends when the cloth is at rest: greatest force on a particle over the heaviest one's
+/// weight, and speed, m/s.
 pub(super) const RESIDUAL: f64 = 0.01;
 pub(super) const SPEED: f64 = 1e-3;
 /// A cloth that has come less than this share of its way is locked.
 pub(super) const LOCKED: f64 = 0.5;
-/// Newton's method: its tolerance and its most iterations.
+/// Tolerance and largest number of iterations of Newton's method.
 const TOLERANCE: f64 = 1e-6;
 const MOST: usize = 400;
-/// Rest shapes whose energies differ by at most this share of the released energy are the same.
+/// Two rest shapes count as one if their energies differ by at most this share of the released
+/// energy.
 const ALIKE: f64 = 1e-6;
-/// Waves of the starts of the static search.
+/// Numbers of waves of the starts of the static search.
 pub(super) const WAVES: [u32; 4] = [2, 3, 4, 5];
-/// Most work of a run, in visits of a spring.
+/// Largest work of a run, in visits of a spring.
 pub(super) const BUDGET: f64 = 1e8;
 
-/// What lies on a table.
+/// The table, with the cloth on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Table {
-    /// The drape test of a bundled material, with so many squares across.
+    /// The drape test of a bundled material, with this number of squares across.
     Round(&'static str, u32),
-    /// A grid of springs with so many particles a side, held on the inner square of half its side.
+    /// A grid of springs with this number of particles a side. Its middle square, of half the side,
+    /// is held.
     Square(u32),
 }
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
     table: Table,
-    /// Simulated time, s.
+    /// Longest simulated time, s.
     span_s: f64,
     is_quick: bool,
 }
@@ -85,7 +88,7 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 impl Case {
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     pub(super) fn is_quick(&self) -> bool {
         self.is_quick
     }
@@ -97,7 +100,7 @@ impl Case {
         }
     }
 
-    /// The system at its start: flat, without stress, with small vertical velocities.
+    /// The system at its start: flat, without stress, and with small vertical velocities.
     pub(super) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let mut spec = match self.table {
             Table::Round(fabric, cells) => round(fabric, cells)?,
@@ -121,7 +124,7 @@ fn round(fabric: &str, cells: u32) -> Result<SystemSpec, HarnessError> {
     let material =
         MaterialChoice { retardation_s: Some(RETARDATION), ..MaterialChoice::named(fabric) };
     let mut scene = Disc { radius_m, support_m, cells, warp_deg: 0.0, material }.scene()?;
-    // Full damping would resist every turn of a stiff spring, so that the cloth would creep.
+    // Full damping would resist every turn of a stiff spring, so the cloth would creep.
     scene.damping = DampingLaw::Projected;
     let drag = AIR * Material::load(fabric)?.areal_density_kg_m2;
     let drag = DragSpec::Linear { coefficient_n_s_per_m3: drag };
@@ -159,11 +162,11 @@ pub(super) struct Setting {
     camera: Camera,
 }
 
-/// What a run showed.
+/// Results of a run before its judgement.
 struct Shown {
     counts: Counts,
     seen: Seen,
-    /// Work at each look.
+    /// Work up to each look.
     work: Vec<Counted>,
     /// Force and speed at the last look.
     residual: f64,
@@ -205,7 +208,7 @@ impl Setting {
         Ok(Self { scene, hash: system_hash(&spec), simulation, camera })
     }
 
-    /// Runs a method until the cloth rests or its time is over.
+    /// Runs a method until the cloth is at rest or its time is over.
     fn watch(&self, choice: &Choice, steps: u32) -> Result<Shown, HarnessError> {
         let is_look = move |moment: &Moment<'_>| moment.step.is_multiple_of(u64::from(steps));
         let measured = Rc::new(RefCell::new((Vec::new(), f64::MAX, f64::MAX)));
@@ -268,7 +271,7 @@ impl Setting {
         Ok(run)
     }
 
-    /// Compares a run with the rest shape near its end.
+    /// Compares a run with the rest shape that is nearest to its end.
     fn judge(&self, run: &mut Run, shown: &Shown, choice: &Choice) {
         let system = &self.simulation.system;
         let Some(last) = shown.seen.looks.last() else { return };
@@ -309,14 +312,13 @@ impl Setting {
         }
     }
 
-    /// The least energy of a rest shape that is known, J.
+    /// The least known energy of a rest shape, J.
     fn least(&self) -> f64 {
         let least = self.scene.minima.iter().filter(|minimum| minimum.is_minimum);
         least.map(|minimum| minimum.energy_j).fold(f64::INFINITY, f64::min)
     }
 
-    /// Takes up the best rest shape to which a run came, and judges all shapes by what is known
-    /// then.
+    /// Adds the best rest shape to which a run came, and judges the shapes of all runs anew.
     pub(super) fn learn(&mut self, runs: &mut [Run]) {
         let better = runs.iter().filter(|run| run.portable && run.is_minimum == Some(true));
         let better = better.filter_map(|run| Some((run.rest_energy_j?, run)));
@@ -335,7 +337,7 @@ impl Setting {
         }
     }
 
-    /// How far an energy is above another, over the released energy.
+    /// Energy above the least one, over the released energy.
     fn excess(&self, energy: f64, least: f64) -> f64 {
         finite((energy - least) / self.scene.released_j)
     }
@@ -349,7 +351,7 @@ impl Stage for Setting {
         forms()
     }
 
-    /// All runs of a form: rising numbers of steps until one arrives.
+    /// All runs of a form, with rising numbers of steps until one arrives.
     fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         match film.substeps {
             Substeps::Ladder => {
@@ -406,10 +408,11 @@ impl Run {
     }
 }
 
-/// Looks for which a cloth must stay near its rest shape.
+/// Number of looks for which a cloth must stay near its rest shape.
 pub(super) const SETTLED: usize = 3;
 
-/// The rest shape that Newton's method finds from a start in so many waves around the table.
+/// The rest shape that Newton's method finds from a start with this number of waves around the
+/// table.
 fn minimum(simulation: &Simulation, waves: u32) -> Minimum {
     let Simulation { system, state } = simulation;
     let mut x = state.x.clone();
@@ -433,5 +436,5 @@ fn minimum(simulation: &Simulation, waves: u32) -> Minimum {
     }
 }
 
-/// Phase of the waves, rad: no start is symmetric about warp or weft.
+/// Phase of the waves, rad. With it no start is symmetric about warp or weft.
 const PHASE: f64 = 0.3;

@@ -20,7 +20,7 @@ fn every_cloth_begins_without_stress_and_has_a_minimum() {
     }
 }
 
-/// The small disc tells apart what arrives, what stands still elsewhere and what blows up.
+/// The small disc distinguishes runs that arrive, that stand still elsewhere and that explode.
 #[test]
 fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     let setting = quick();
@@ -36,7 +36,7 @@ fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     let explicit = runs("symplectic-euler", Substeps::Limit);
     let [last] = &explicit[..] else { panic!("{explicit:?}") };
     assert!(last.arrival_s.is_some() && last.steps > setting.scene.limit_steps / 2, "{last:?}");
-    // A few sweeps of a constant matrix leave stiff cloth near its start.
+    // With a constant matrix and few sweeps, stiff cloth stays near its start.
     let locked = runs("imex-euler", Substeps::Ladder);
     assert!(locked.iter().any(|run| run.arrival_s.is_none()), "{locked:?}");
     let unstable = runs("explicit-euler", Substeps::Ladder);
@@ -48,7 +48,7 @@ fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     assert!(row.seconds > 0.0 && !row.samples_s.is_empty());
 }
 
-/// A shape that a run found counts if it is better than those of the static search.
+/// The shape of a run counts if it is better than those of the static search.
 #[test]
 fn a_better_shape_of_a_run_makes_the_others_wrong() {
     let mut setting = quick();
@@ -68,7 +68,7 @@ fn a_better_shape_of_a_run_makes_the_others_wrong() {
     assert_eq!(setting.scene.minima.last().map(|minimum| minimum.energy_j), Some(energy));
     let (last, others) = runs.split_last().expect("runs");
     assert!(last.is_right() && !others.iter().any(Run::is_right), "{runs:?}");
-    // What a library's rounding touched sets no mark.
+    // A run that a library's functions may have rounded adds no shape.
     setting.scene.minima.pop();
     runs[2].portable = false;
     setting.learn(&mut runs);

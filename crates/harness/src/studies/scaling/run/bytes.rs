@@ -1,8 +1,8 @@
 //! The least bytes that a step must move through memory once its arrays have left the caches.
 //!
-//! Counted a particle, for a grid whose couplings need no storage of their own; a vector of three
-//! coordinates is 24 bytes. What is read twice by one kernel comes from the caches the second time;
-//! what the next kernel reads again comes from memory again.
+//! Bytes are counted a particle, for a grid whose couplings need no storage of their own. A vector
+//! of three coordinates has 24 bytes. Data that one kernel reads twice come from the caches the
+//! second time. Data that the next kernel reads again come from memory again.
 //!
 //! | kernel | reads | writes | bytes |
 //! |---|---|---|---|
@@ -39,7 +39,7 @@ const JACOBI_LAST: f64 = 72.0;
 /// Label of IMEX Euler with Jacobi's preconditioner.
 pub(super) const JACOBI: &str = "imex-euler, Jacobi";
 
-/// Bytes a particle and step of a method; `None` where nobody has counted them.
+/// Bytes a particle and step of a method; `None` if the method's bytes have not been counted.
 pub(super) fn least(label: &str, iterations_per_step: f64) -> Option<f64> {
     match label {
         "symplectic-euler" => Some(EXPLICIT),

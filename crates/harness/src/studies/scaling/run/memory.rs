@@ -1,4 +1,4 @@
-//! Memory of a particle: what the allocator holds for the system, the state and the method.
+//! Memory per particle: bytes that the allocator holds for the system, the state and the method.
 
 use super::STEP;
 use crate::HarnessError;
@@ -16,15 +16,15 @@ pub(super) const SIZES: [u32; 5] = [10, 32, 100, 316, 1000];
 /// The method that is measured.
 pub(super) const METHOD: &str = "imex-euler";
 
-/// The sheet with bending springs besides those that it has.
+/// The system of the sheet with additional bending springs.
 pub(super) fn system(sheet: &Sheet) -> Result<SystemSpec, HarnessError> {
     let mut scene = sheet.scene();
     scene.effects.bending = scene.effects.shear.clone();
     Ok(scene.discretise()?)
 }
 
-/// Builds the sheet with bending springs, prepares the method and counts
-/// the bytes that are held then.
+/// Builds the sheet with bending springs, prepares the method, and measures the bytes that each
+/// part holds. `allocated` gives the bytes that the allocator holds.
 pub(super) fn measure(sheet: &Sheet, allocated: Allocated) -> Result<Memory, HarnessError> {
     let spec = system(sheet)?;
     let springs = spec.springs.len();
@@ -58,8 +58,8 @@ mod tests {
     use crate::studies::scaling::run::{FIXED_QUOTIENT, Mesh};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Tells 1, 2, 4, … bytes, as if each of the four moments had found as much as all before it
-    /// together.
+    /// Returns 1, 2, 4, … bytes, as if each of the four moments held twice as much as the one
+    /// before.
     fn doubling() -> usize {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
         1 << CALLS.fetch_add(1, Ordering::Relaxed)
@@ -72,7 +72,7 @@ mod tests {
         // 1 at the start, 2 after building, 4 after dropping the state, 8 at the end.
         assert_eq!((memory.system_bytes, memory.integrator_bytes), (3, 4));
         assert_eq!(memory.state_bytes, 0, "what shrinks the wrong way is nothing");
-        // Tension along both edges, shear and bending likewise.
+        // Tension along both edges, then shear and bending.
         assert_eq!((memory.particles, memory.springs), (100, 180 + 162 + 160));
     }
 }

@@ -1,4 +1,4 @@
-//! Experiment `scaling`: cost as the work grows.
+//! Experiment `scaling`: how cost grows with the number of particles.
 
 mod bytes;
 mod memory;
@@ -21,9 +21,9 @@ use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Particles along each edge, and steps that are run.
+/// Particles along each edge, and number of steps.
 const SIZES: [(u32, u64); 6] = [(10, 40), (20, 40), (52, 40), (100, 10), (316, 6), (1000, 3)];
-/// Timed but not counted: about a thousand particles.
+/// A size that is timed but not counted: about a thousand particles.
 const TIMED_ONLY: (u32, u64) = (32, 40);
 /// Particles along each edge of the sheet whose material is kept.
 const BASE: u32 = 20;
@@ -31,15 +31,15 @@ const BASE: u32 = 20;
 const STIFFNESS: f64 = 1e4;
 /// d/m of that sheet, 1/s.
 const DAMPING: f64 = 10.0;
-/// Amplitude of the wave that the sheet starts with, m: without it a sheet begins in free fall,
-/// where nothing is left to be solved.
+/// Amplitude of the wave with which the sheet starts, m. Without it the sheet starts in free fall,
+/// and the solver has nothing to do.
 const AMPLITUDE: f64 = 0.01;
 /// Time step, s.
 const STEP: f64 = 0.01;
-/// From so many particles along each edge on, a run is timed once, and the text that a hash is
-/// taken of would be too long.
+/// From this number of particles along each edge on, a run is timed once. Its specification is not
+/// hashed, since the text would be too long.
 const LARGE: u32 = 100;
-/// Most particles along each edge in the quick subset.
+/// Largest number of particles along each edge in the quick subset.
 const QUICK: u32 = 52;
 
 /// Every method of the registry in its forms, or at its defaults.
@@ -73,7 +73,7 @@ fn sheet(series: &str, side: u32) -> Sheet {
     }
 }
 
-/// The sheet with a wave in and out of its plane.
+/// The system of the sheet with a wave in and out of its plane.
 fn waved(sheet: Sheet) -> Result<SystemSpec, HarnessError> {
     let mut spec = sheet.spec()?;
     for position in &mut spec.particles.position_m {
@@ -100,7 +100,7 @@ impl Mesh {
         Ok(Self { series, side, steps, sheet, springs, simulation, hash })
     }
 
-    /// The step, and for explicit methods a power of two below it that their limit allows.
+    /// The step, s. For explicit methods it is divided by a power of two to stay within the limit.
     fn step(&self, choice: &Choice) -> f64 {
         if !is_explicit(choice.method()) {
             return STEP;
@@ -166,7 +166,7 @@ impl Mesh {
     }
 }
 
-/// Sizes of both series that a run has; the base size is in both.
+/// Sizes of both series. The base size is in both.
 fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
     let sizes = SIZES.into_iter().filter(|(side, _)| !quick || *side <= QUICK);
     sizes
@@ -174,8 +174,8 @@ fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
         .collect()
 }
 
-/// The meshes with the methods that are run on them. The quick subset leaves out the dearest run
-/// of each.
+/// The meshes with the methods that run on them. The quick subset leaves out the most expensive run
+/// of each method.
 fn pairs(meshes: &[Mesh], is_quick: bool) -> Vec<(&Mesh, Contender)> {
     let fits = move |mesh: &Mesh, contender: &Contender| {
         mesh.side < contender.largest || mesh.side == contender.largest && !is_quick
@@ -215,7 +215,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start =
         |(series, side, _)| Start::new(name(series, side), move || waved(sheet(series, side)));
@@ -244,7 +244,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         .collect();
     let mut timings = None;
     if !context.quick {
-        // Times need one series only: a step of the other differs by its iterations.
+        // Times of one series suffice: a step of the other series differs only by its iterations.
         let (side, steps) = TIMED_ONLY;
         let between = [Mesh::new(FIXED_QUOTIENT, side, steps)?];
         let chosen: Vec<_> = self::pairs(&between, false)
@@ -268,7 +268,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
-/// Passes of the triad over arrays much larger than the caches.
+/// Passes of the triad over arrays that are much larger than the caches.
 fn triad() -> TimingRow {
     const LENGTH: usize = 8 << 20;
     const PASSES: usize = 10;
@@ -288,13 +288,13 @@ fn triad() -> TimingRow {
     TimingRow::Triad { bytes, samples_ns, bytes_per_s: 1e9 * bytes as f64 / shortest as f64 }
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let cells = facts.cells.iter();
     cells
         .map(|cell| {
             let mut values = serde_json::to_value(cell).unwrap_or_default();
-            // Sweeps of a line search depend on the machine like Newton's iterations.
+            // The sweeps of a line search depend on the machine, like Newton's iterations.
             if let Some(values) = values.as_object_mut().filter(|_| !cell.portable) {
                 values.remove("force_evaluations");
             }

@@ -1,4 +1,4 @@
-//! Experiment `solver-control`: what the paper names as further work, measured.
+//! Experiment `solver-control`: measurements of what the paper names as further work.
 
 mod runs;
 #[cfg(test)]
@@ -24,26 +24,26 @@ use std::collections::BTreeMap;
 
 /// Particles along each edge of the sheet.
 const SIDE: u32 = 20;
-/// Simulated time after which the error is taken, s.
+/// Simulated time, s. Errors are taken at its end.
 const SPAN: f64 = 0.25;
-/// Tolerance of the reference: its error is far below those of the methods.
+/// Tolerance of the reference. Its error is far below those of the methods.
 const REFERENCE_TOLERANCE: f64 = 1e-10;
-/// How far the vibrating sheet is stretched at the start.
+/// Factor by which the vibrating sheet is stretched at the start.
 const STRETCH: f64 = 1.02;
-/// Greatest effort of a run, in visits of a spring; some 10 s.
+/// Largest effort of a run, in visits of a spring: some 10 s.
 const BUDGET: f64 = 2e9;
-/// What operations cost, in sweeps over the springs of this sheet: rounded from times on one
+/// Costs of operations, in sweeps over the springs of this sheet: rounded from times on one
 /// machine.
 const PRODUCT: u64 = 2;
-/// With the 3×3 blocks of Newton's matrix.
+/// Cost of a product with the 3×3 blocks of Newton's matrix.
 const BLOCK_PRODUCT: u64 = 6;
 const SET_UP: u64 = 30;
 const FACTORISATION: u64 = 1000;
 const FACTOR_SOLVE: u64 = 18;
-/// Timed repetitions.
+/// Number of timed repetitions.
 const REPETITIONS: usize = 3;
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Case {
     id: &'static str,
@@ -59,7 +59,7 @@ const CASES: [Case; 4] = [
     Case { id: "vibrating-1e4", stiffness: 1e4, damping: 2.0, is_stretched: true },
 ];
 
-/// A scene with its exact solution.
+/// A scene with its reference solution.
 struct Setting {
     case: Case,
     simulation: Simulation,
@@ -118,14 +118,14 @@ impl Setting {
     }
 }
 
-/// The work of a run in sweeps over the springs.
+/// The work of a run, in sweeps over the springs.
 fn work(choice: &Choice, totals: &Totals) -> u64 {
     let settings = choice.settings();
     let is = |key: &str, value: &str| settings.iter().any(|pair| pair == (key, value));
     let Totals { cg_iterations, newton_iterations, .. } = *totals;
     let has_blocks = settings.iter().any(|(key, _)| key == "jacobian");
-    // Newton's solves are direct or CG's, which a saved factor may precondition. Cycles of
-    // multigrid count as products.
+    // Newton's systems are solved directly or by CG, which a saved factor may precondition.
+    // Multigrid cycles count as products.
     let solves = match (is("solver", "cg"), is("jacobian", "saved")) {
         (true, true) => FACTOR_SOLVE * cg_iterations,
         (true, false) => 0,
@@ -141,7 +141,7 @@ fn work(choice: &Choice, totals: &Totals) -> u64 {
         + solves
 }
 
-/// What a run gives: a row, and the size of its substeps over time.
+/// The result of a run: a row, and the size of its substeps over time.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Course {
     run: Run,
@@ -191,7 +191,7 @@ fn measure(setting: &Setting, cell: &Cell) -> Result<Course, HarnessError> {
         work_sweeps: work(&choice, &totals),
         unconverged_steps: outcome.unconverged,
         verdict,
-        // The reference passes through a library.
+        // The reference calls a library's functions.
         portable: false,
     };
     Ok(Course { run, time_s, step_s })
@@ -242,7 +242,7 @@ pub(super) fn method() -> String {
         .to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     CASES.map(|case| Start::new(case.id, move || case.spec())).into()
 }
@@ -281,8 +281,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
-/// Its facts, as they are compared. Step sizes over time are not: they follow from the decisions of
-/// the control, which turn on the last digits.
+/// The study's facts in the form in which two records are compared. Step sizes over time are left
+/// out, since they follow from decisions that may turn on the last digits.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), scene.portable, scene));

@@ -1,4 +1,4 @@
-//! What is run on each scene.
+//! The runs on each scene.
 
 use super::Case;
 use crate::studies::solver_control::facts::{PLAIN, Run};
@@ -7,16 +7,16 @@ use crate::studies::solver_control::facts::{PLAIN, Run};
 pub(super) const QUICK_SCENE: &str = "hanging-1e4";
 /// The scene whose runs are timed.
 const TIMED_SCENE: &str = "hanging-1e6";
-/// Step of the series that do not vary it, and time between two frames of adaptive runs, s.
+/// Step in the series that do not vary it, and time between two frames of adaptive runs, s.
 const STEP: f64 = 0.01;
 /// Inner tolerances.
 const FORCING_TERMS: [f64; 6] = [0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
-/// Tolerances of the step size control, mesh widths.
+/// Tolerances of the step size control, in mesh widths.
 const TOLERANCES: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 /// The tolerance whose step sizes are recorded.
 const HISTORY_TOLERANCE: f64 = 1e-3;
 
-/// A run before it is made.
+/// A run, before it is made.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Cell {
     pub(super) series: &'static str,
@@ -29,14 +29,13 @@ pub(super) struct Cell {
     pub(super) is_timed: bool,
 }
 
-/// Methods with an inner iteration whose tolerance is varied: label, method, what sets a constant
-/// term.
+/// Methods whose inner tolerance is varied: label, method, and the setting of a constant term.
 const INNER: [(&str, &str, &str); 2] = [
     ("backward-euler", "backward-euler:solver=cg", "cg_tolerance"),
     ("imex-euler", "imex-euler:implicit=springs", "forcing_term"),
 ];
-/// Updated CG has no constant but that of the step; without the turn to Newton it takes too many
-/// updates where `h²k/m` is larger than 100.
+/// Updated CG has no constant inner tolerance other than that of the step. Newton is switched off
+/// here, so `h²k/m` above 100 takes very many updates.
 const UPDATED: [(&str, &str); 2] = [
     ("imex-updated, to the end", "imex-updated:newton_above=1e300,max_outer=5000"),
     (
@@ -59,8 +58,8 @@ const PRECONDITIONERS: [(&str, &str); 4] = [
     ("cholesky", "solver=cholesky"),
 ];
 
-/// Methods whose steps are varied: label, method, its settings, smallest constant step as 0.01 s
-/// over a power of two, settings of the adaptive run.
+/// Methods whose steps are varied: label, method, its settings, the number of halvings of 0.01 s to
+/// the smallest constant step, and the settings of the adaptive run.
 const STEPPED: [(&str, &str, &str, u32, &str); 5] = [
     ("backward-euler", "backward-euler", "jacobian=saved,solver=cholesky", 3, ""),
     ("bdf2", "bdf2", "jacobian=saved,solver=cholesky", 3, ""),
@@ -150,7 +149,7 @@ fn steps(case: &Case) -> Vec<Cell> {
     let mut list = Vec::new();
     for (label, id, settings, halvings, adaptive) in STEPPED {
         let is_cheap = id.starts_with("imex");
-        // The plain estimator shares the constant steps of the other.
+        // The plain estimator is compared with the same constant steps.
         for n in (0..=halvings).filter(|_| label != PLAIN) {
             let step_s = STEP / f64::from(1 << n);
             let method = format!("{id}:{settings}");

@@ -62,7 +62,8 @@ fn words_follow_from_the_facts() {
     ];
     let facts = Facts { scenes: vec![scene], runs, histories: Vec::new() };
     let said = words(&facts);
-    // 30 + 80 sweeps against the 30 + 100 of the constant step that is at least as good.
+    // The adaptive run takes 30 + 80 sweeps, the constant step that is at least as accurate 30 +
+    // 100.
     let saves = "mostly save work: 1 of 1 adaptive runs do less than a constant step of at most \
                  their error, saving 15 % at best";
     assert!(said.conclusion.contains(saves), "{said:?}");
@@ -133,8 +134,8 @@ fn words_compare_forcing_terms_factors_and_preconditioners() {
     assert!(words(&facts).caveats[0].starts_with("Not every Newton run"), "{said:?}");
 }
 
-/// The estimator that sees the splitting takes smaller steps where the sheet is stiff, and is
-/// nearer to the truth.
+/// On a stiff sheet, the estimator that measures the splitting takes smaller steps and has a
+/// smaller error.
 #[test]
 fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
     let sheet = Sheet {
@@ -173,7 +174,7 @@ fn work_is_that_of_the_solver() {
         ..Totals::default()
     };
     let of = |id: &str| work(&Choice::parse(id, &[]).expect("known"), &totals);
-    // Conjugate gradients on the scalar matrix are their products alone.
+    // The work of CG on the scalar matrix consists of its products.
     assert_eq!(of("imex-euler"), 25 + 2 * 28 + 30);
     let newton = 25 + 6 * 28 + 30;
     assert_eq!(of("backward-euler:solver=cholesky"), newton + 3 * 18);

@@ -1,4 +1,4 @@
-//! The atlas: one method at one stiffness and damping, over all steps.
+//! The atlas: one method at one stiffness and damping, with steps from long to short.
 
 use super::sheet::{SEEDS, Setting, run, schedule};
 use crate::HarnessError;
@@ -10,9 +10,9 @@ use drape_report::Verdict;
 
 /// Effort after which a run is over budget, in visits of a spring: about a tenth of a second.
 pub(super) const BUDGET: f64 = 3e7;
-/// A stable run that comes less far than this share of the true motion is locked.
+/// A stable run is locked if its reach is below this share of the true one.
 const HALF: f64 = 0.5;
-/// The verdict on a run with all that is known of it.
+/// The final verdict on a run: `judged` by its energy, corrected by its reach and its budget.
 pub(super) fn full_verdict(judged: Verdict, reach: Option<f64>, is_over: bool) -> Verdict {
     match judged {
         Verdict::Stable | Verdict::Marginal if is_over => Verdict::OverBudget,
@@ -21,7 +21,8 @@ pub(super) fn full_verdict(judged: Verdict, reach: Option<f64>, is_over: bool) -
     }
 }
 
-/// Runs a method at steps from the longest to the shortest.
+/// Runs a method at each of the steps, longest first. More starts are run where the verdict
+/// changes.
 pub(super) fn column(
     variant: &Variant,
     setting: &Setting,
@@ -56,7 +57,7 @@ pub(super) fn column(
     Ok(cells)
 }
 
-/// Adds a run from a perturbed start; the worst counts.
+/// Adds a run from a perturbed start. The worst verdict counts.
 fn add(cell: &mut Cell, setting: &Setting, choice: &Choice, seed: u64) -> Result<(), HarnessError> {
     let schedule = schedule(cell.step_s);
     let (counts, reach) = run(&setting.start(seed), choice, &schedule, Some(BUDGET))?;

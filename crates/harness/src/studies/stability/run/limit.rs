@@ -1,4 +1,4 @@
-//! The longest stable step by bisection.
+//! Search for the longest stable step by bisection.
 
 use super::DAMPINGS;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
@@ -21,21 +21,21 @@ const STIFFNESS: f64 = 1e4;
 /// Shortest and longest step, s.
 const PAIR_RANGE: [f64; 2] = [1.0 / 4096.0, 8.0];
 const SHEET_RANGE: [f64; 2] = [1.0 / 16384.0, 1.0];
-/// Logarithm of base 2 to which a limit is found: 5 %.
+/// Width of the last interval in powers of two: 5 %.
 const WIDTH: f64 = 0.07;
-/// Growth of the energy from the first to the last quarter that counts.
+/// Growth of the energy from the first to the last quarter above which a run has failed.
 const VISIBLE: f64 = 1.02;
-/// Eigenvalues of the sheet that are tried in theory, and the least over the largest.
+/// Number of the sheet's eigenvalues that theory tries, and the least over the largest.
 const MODES: i32 = 64;
 const LEAST_MODE: f64 = 1e-4;
 /// Effort after which a run on the sheet is over budget, in visits of a spring.
 const BUDGET: f64 = 1e9;
 
-/// Methods that have no closed form on the pair: a limit of elongation means nothing at rest length
+/// A method without a closed form on the pair: a limit of elongation means nothing at rest length
 /// 0.
 const NOT_ON_PAIR: &str = "provot";
-/// Shares of the Laplacian that the stiffness of a sheet may have, while its full damping has all
-/// of it.
+/// Shares of the Laplacian that a sheet's stiffness may have in a mode, while its full damping has
+/// all of it.
 const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
 /// A method on a scene.
@@ -51,11 +51,11 @@ enum Scene {
     Sheet(Arc<Setting>),
 }
 
-/// All of them.
+/// All cases.
 pub(super) fn cases(variants: &[Variant], is_quick: bool) -> Result<Vec<Case>, HarnessError> {
     let mut cases = Vec::new();
     for damping in DAMPINGS {
-        // The page compares limits of the pair with theory, of which an added method has none.
+        // The page compares the pair's limits with theory, and an added method has none.
         let on_pair = variants
             .iter()
             .filter(|variant| variant.label != NOT_ON_PAIR && !is_added(variant.label));
@@ -84,7 +84,7 @@ fn pair(damping: f64) -> Result<Simulation, HarnessError> {
     Ok(Simulation { system, state })
 }
 
-/// Whether the energy of the last quarter stays near that of the first.
+/// Whether the energy of the last quarter exceeds that of the first by at most [`VISIBLE`].
 fn keeps_pair(start: &Simulation, choice: &Choice, h: f64) -> Result<bool, HarnessError> {
     let schedule = schedule(h);
     let steps = schedule.steps();
@@ -107,15 +107,15 @@ fn keeps_sheet(setting: &Setting, choice: &Choice, h: f64) -> Result<bool, Harne
     Ok(counts.verdict(setting.released) == Verdict::Stable && !counts.outcome.is_over_budget)
 }
 
-/// What a search found.
+/// Result of a search.
 struct Found {
     longest: Option<f64>,
     is_unlimited: bool,
     runs: u32,
 }
 
-/// Doubles the step from the shortest until it is not kept, then halves the interval on a
-/// logarithmic scale.
+/// Doubles the step from the shortest until a run fails, then bisects the interval on a logarithmic
+/// scale.
 fn search(
     range: [f64; 2],
     mut keeps: impl FnMut(f64) -> Result<bool, HarnessError>,
@@ -161,8 +161,8 @@ pub(super) fn run(case: &Case) -> Result<Limit, HarnessError> {
     let is_pair = name == "pair";
     let brake = damping / STIFFNESS;
     let closed_form = |theory: ClosedForm| {
-        // The damping of shear and tension springs is in the same proportion as their stiffness.
-        // Undamped, modes of any stiffness are among the shares of the largest eigenvalue.
+        // Shear and tension springs have damping in proportion to stiffness. Undamped, the shares
+        // of the largest eigenvalue cover modes of any stiffness.
         let modes = if is_pair { 1 } else { MODES };
         let shares = if is_pair || brake == 0.0 { &SHARES[..1] } else { &SHARES[..] };
         longest(range, |h| {
@@ -204,7 +204,8 @@ mod tests {
         run(&Case { variant: Variant::new(label, label), scene: Scene::Pair, damping }).unwrap()
     }
 
-    /// `θ < 4`, `θ + 2η < 4`, `θ ≤ η`: measured within the width of the search.
+    /// The measured limits agree with `θ < 4`, `θ + 2η < 4` and `θ ≤ η` within the width of the
+    /// search.
     #[test]
     fn limits_of_the_pair_are_those_of_theory() {
         for (label, damping) in

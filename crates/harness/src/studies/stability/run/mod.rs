@@ -1,4 +1,4 @@
-//! Experiment `stability`: which step, stiffness and damping a method survives.
+//! Experiment `stability`: which steps, stiffness and damping a method survives.
 
 mod atlas;
 mod limit;
@@ -19,18 +19,18 @@ use sheet::{SEEDS, Setting};
 const STEPS: [f64; 9] = [1.0, 0.316, 0.1, 0.0316, 0.01, 0.003_16, 0.001, 0.000_316, 0.000_1];
 /// Stiffness over mass, 1/s².
 const STIFFNESSES: [f64; 7] = [1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
-/// Damping over mass of the tension springs, 1/s: none, and the paper's.
+/// Damping over mass of the tension springs, 1/s: none, and as in the paper.
 const DAMPINGS: [f64; 2] = [0.0, DAMPING];
 const DAMPING: f64 = 40.0;
-/// Further dampings at [`BASE_STIFFNESS`], 1/s.
+/// Further values of damping at [`BASE_STIFFNESS`], 1/s.
 const MORE_DAMPINGS: [f64; 3] = [1.0, 1e3, 1e4];
-/// Where the damping varies, 1/s².
+/// Stiffness over mass at which the damping varies, 1/s².
 const BASE_STIFFNESS: f64 = 1e6;
 
 /// Stiffness and damping of the columns of the atlas, and the steps there.
 fn columns(quick: bool) -> Vec<(f64, f64, &'static [f64])> {
     if quick {
-        // The longer steps: each cell depends on those of longer steps only.
+        // The longest steps suffice: a cell depends only on those of longer steps.
         return vec![(1e4, DAMPING, &STEPS[..4])];
     }
     let pairs = STIFFNESSES.iter().flat_map(|&k| DAMPINGS.map(|d| (k, d)));
@@ -63,7 +63,7 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     let start = |(stiffness, damping, _)| {
         Start::new(sheet::name(stiffness, damping), move || {
@@ -96,18 +96,18 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes, seed })
 }
 
-/// Whether the verdict of a cell hangs on so little that another machine's round-off may change it.
+/// Whether another machine's round-off might change the verdict of a cell.
 fn is_on_edge(cell: &Cell) -> bool {
     let near = |value: f64, edge: f64| value > edge / 2.0 && value < edge * 2.0;
     near(cell.gain, 0.02)
         || near(cell.gain, 0.5)
         || near(cell.drift.abs(), 0.05)
         || cell.reach.is_some_and(|reach| (0.4..0.6).contains(&reach))
-        // A run that explodes late may or may not do so within the run.
+        // A late explosion may also happen after the end.
         || (cell.gain > 0.5 && cell.gain < 1e3)
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let cells = facts.cells.iter().map(|cell| {
         let Cell {
@@ -118,8 +118,8 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
         if let serde_json::Value::Object(values) = &mut fact.values
             && !cell.portable
         {
-            // Long runs are chaotic: of what passed through a library only the verdict is
-            // repeatable, if that.
+            // Long runs are chaotic. If a library's functions rounded, only the verdict can be
+            // repeated, and not always.
             values
                 .retain(|key, value| value.is_string() && !(key == "verdict" && is_on_edge(cell)));
         }

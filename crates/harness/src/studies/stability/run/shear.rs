@@ -1,4 +1,4 @@
-//! How stiff may shear springs be that stay out of the matrix: `θ_E < 4 + θ_I`.
+//! How stiff explicit shear springs may be beside implicit tension springs: `θ_E < 4 + θ_I`.
 
 use super::atlas::full_verdict;
 use super::sheet::{SEEDS, Setting, run as run_sheet, schedule};
@@ -43,8 +43,8 @@ pub(super) fn cases(is_quick: bool) -> Vec<Case> {
     cases.filter(|case| !is_quick || case.beside == Beside::Laplacian).collect()
 }
 
-/// Least ratio at which some mode outweighs the implicit springs; `None` where there is none up to
-/// the greatest.
+/// Least ratio at which explicit shear outweighs the implicit springs in some mode. `None` if no
+/// ratio of the scan does.
 fn bound(h: f64, beside: Beside, is_at_start: bool) -> Result<Option<f64>, HarnessError> {
     let fails = |ratio: f64| -> Result<bool, HarnessError> {
         let Setting { simulation, .. } = Setting::resting(STIFFNESS, 0.0, ratio)?;

@@ -14,7 +14,7 @@ pub(super) const SHEAR: f64 = 0.1;
 /// Least simulated time, s, and number of steps.
 pub(super) const DURATION: f64 = 2.0;
 const LEAST_STEPS: f64 = 200.0;
-/// Share of its stability limit at which the reference runs.
+/// Step of the reference, as a share of its stability limit.
 const SAFETY: f64 = 0.25;
 /// Seeds of the perturbations.
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
@@ -32,7 +32,7 @@ pub(super) struct Setting {
     pub(super) simulation: Simulation,
     /// `E_ref`, J.
     pub(super) released: f64,
-    /// How far the midpoint of the free edge comes from its start within [`DURATION`], m.
+    /// Greatest distance of the free edge's midpoint from its start within [`DURATION`], m.
     pub(super) reach: f64,
 }
 
@@ -41,8 +41,8 @@ pub(super) fn schedule(step_s: f64) -> Schedule {
     Schedule::steady(TimeSpan { step_s, duration_s: DURATION.max(LEAST_STEPS * step_s) })
 }
 
-/// A run, and how far the midpoint of the free edge came from its start within [`DURATION`], m, if
-/// it lasted so long.
+/// Makes a run. Returns its counts and the greatest distance of the free edge's midpoint from its
+/// start within [`DURATION`], m. The distance is `None` if the run ended before.
 pub(super) fn run(
     simulation: &Simulation,
     choice: &Choice,
@@ -54,7 +54,7 @@ pub(super) fn run(
     let (mut reach, mut lasted) = (0.0_f64, false);
     let runner = Runner::by(choice, schedule).budget(limit).observe(|moment| {
         let time = schedule.elapsed(moment.step);
-        // The step that passes the end counts where it is the first.
+        // A first step that is longer than the duration still counts.
         if time <= DURATION * (1.0 + 1e-9) {
             reach = reach.max((moment.state.x[midpoint] - start).norm());
         }
@@ -69,7 +69,8 @@ pub(super) fn name(stiffness: f64, damping: f64) -> String {
     format!("sheet, k/m={stiffness:e}, d/m={damping}")
 }
 
-/// The sheet at rest, with a ratio of the shear to the tension springs.
+/// The sheet at rest; `shear` is the stiffness of the shear springs over that of the tension
+/// springs.
 pub(super) fn spec(stiffness: f64, damping: f64, shear: f64) -> Result<SystemSpec, HarnessError> {
     Sheet {
         side: SIDE,
@@ -88,7 +89,7 @@ impl Setting {
         Self::with_shear(stiffness, damping, SHEAR)
     }
 
-    /// With another ratio of the shear to the tension springs.
+    /// A setting with another ratio of the shear to the tension springs.
     pub(super) fn with_shear(
         stiffness: f64,
         damping: f64,
@@ -106,7 +107,7 @@ impl Setting {
         Ok(Self { released: counts.energy.released, reach, ..resting })
     }
 
-    /// Without its true motion.
+    /// A setting without its true motion.
     pub(super) fn resting(stiffness: f64, damping: f64, shear: f64) -> Result<Self, HarnessError> {
         let spec = spec(stiffness, damping, shear)?;
         let (system, state) = spec.build()?;
@@ -120,7 +121,8 @@ impl Setting {
     }
 
     /// The start with every free particle moved at random by up to 1e-4 mesh widths along each
-    /// axis; by less where that would store more than a thousandth of `E_ref` in the springs.
+    /// axis. The offsets are scaled down if they would store more than a thousandth of `E_ref` in
+    /// the springs.
     pub(super) fn start(&self, seed: u64) -> Simulation {
         let mut random = Random::new(seed);
         let Simulation { system, state } = &self.simulation;

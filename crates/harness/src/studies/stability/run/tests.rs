@@ -1,4 +1,4 @@
-//! The maps against theory where it is certain.
+//! The maps agree with theory where it is certain.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use super::atlas::column;
@@ -16,7 +16,7 @@ fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64])
     cells.into_iter().map(|cell| cell.verdict).collect()
 }
 
-/// The largest eigenvalue is below 8 (k + k_s)/m: leapfrog is stable at 0.0067 s for k/m = 1e4, and
+/// The largest eigenvalue is below 8 (k + k_s)/m. At k/m = 1e4 leapfrog is stable at 0.0067 s, and
 /// not at 0.02 s.
 #[test]
 fn a_column_shows_the_limit_of_leapfrog_and_the_standstill_of_imex_euler() {

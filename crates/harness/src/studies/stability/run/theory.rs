@@ -1,16 +1,16 @@
-//! The longest stable step, and the eigenvalues of the sheet.
+//! The longest stable step in theory, and the eigenvalues of the sheet.
 
 use drape_integrator::Implicit;
 use drape_model::{System, Vec3};
 use drape_oracle::Random;
 
-/// Bisections of a step: to the last digits.
+/// Number of bisections of a step: enough for all digits.
 const BISECTIONS: u32 = 60;
-/// Products of a power iteration.
+/// Number of products of a power iteration.
 const PRODUCTS: usize = 500;
 
-/// The longest of the steps from `range[0]` that are all admitted, up to the first that is not: to
-/// the last digits; 0 if the first is not, `None` if all are. The range is searched by doubling.
+/// The longest step up to which every step in the range is admitted, to the last digits. Doubling
+/// searches the range. Returns 0 if the first step is not admitted, and `None` if all are.
 pub(super) fn longest(range: [f64; 2], admits: impl Fn(f64) -> bool) -> Option<f64> {
     let mut good = range[0];
     if !admits(good) {
@@ -34,13 +34,13 @@ pub(super) fn longest(range: [f64; 2], admits: impl Fn(f64) -> bool) -> Option<f
 struct Link {
     ends: [usize; 2],
     stiffness: f64,
-    /// Direction in which it resists; `None`: in every one, as in the Laplacian.
+    /// Direction in which the spring resists. `None` means every direction, as in the Laplacian.
     direction: Option<Vec3>,
 }
 
-/// Largest algebraic eigenvalue of `M⁻¹ Σ`, 1/s², with a sum of springs of either sign, on the
-/// particles that are not pinned: by power iteration from a vector without a pattern, in a fixed
-/// order.
+/// Largest algebraic eigenvalue of `M⁻¹ Σ`, 1/s², on the particles that are not pinned. `Σ` is a
+/// sum of springs of either sign. A power iteration starts from a vector without a pattern and sums
+/// in a fixed order.
 fn largest(system: &System, links: &[Link]) -> f64 {
     let mut rows = vec![0.0; system.len()];
     for link in links {
@@ -48,7 +48,7 @@ fn largest(system: &System, links: &[Link]) -> f64 {
             rows[end] += 2.0 * link.stiffness.abs() / system.mass()[end];
         }
     }
-    // All eigenvalues of the shifted matrix are positive, so that the greatest wins.
+    // The shift makes all eigenvalues positive, so the greatest one dominates.
     let shift = rows.iter().copied().fold(0.0, f64::max);
     let mut random = Random::new(1);
     let mut p: Vec<Vec3> = (0..system.len()).map(|_| random.vector()).collect();
@@ -106,26 +106,27 @@ pub(super) fn largest_eigenvalue(system: &System, x: &[Vec3]) -> f64 {
     largest(system, &all)
 }
 
-/// How a method with the tension springs in its matrix answers to the shear springs beside it.
+/// How the implicit tension springs of a method resist the explicit shear springs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Beside {
-    /// IMEX Euler: the whole Laplacian resists, `4M + 2h² L_I − h² (K_I + K_E)` must be positive
+    /// IMEX Euler: the whole Laplacian resists. `4M + 2h² L_I − h² (K_I + K_E)` must be positive
     /// definite.
     Laplacian,
-    /// Updated CG, which converges to backward Euler of its springs: only their tangents resist,
-    /// `4M + h² K_I − h² K_E`, and those may vanish.
+    /// Updated CG, which converges to backward Euler of its implicit springs. Only their tangents
+    /// resist, `4M + h² K_I − h² K_E`, and these may vanish.
     Tangent,
 }
 
-/// Whether explicit shear outweighs implicit tension in some mode at a step `h`: at any positions,
-/// as far as the Laplacians bound it, or at the given ones.
+/// Whether explicit shear outweighs implicit tension in some mode at a step `h` (s). With `is_at`
+/// the answer is for the positions `x`; otherwise it is for any positions, as far as Laplacians
+/// bound it.
 pub(super) fn outweighs(system: &System, x: &[Vec3], h: f64, beside: Beside, is_at: bool) -> bool {
     let mut sum = Vec::new();
     links(system, x, Implicit::Springs, 1.0, is_at, &mut sum);
     match (beside, is_at) {
         (Beside::Laplacian, _) => links(system, x, Implicit::Tension, -2.0, false, &mut sum),
         (Beside::Tangent, true) => links(system, x, Implicit::Tension, -2.0, true, &mut sum),
-        // Without the tension springs.
+        // The explicit springs alone, without the tension springs.
         (Beside::Tangent, false) => links(system, x, Implicit::Tension, -1.0, false, &mut sum),
     }
     h * h * largest(system, &sum) > 4.0
@@ -165,13 +166,13 @@ mod tests {
         let (system, x) = (&sheet.simulation.system, &sheet.simulation.state.x);
         let share = largest_eigenvalue(system, x) / 8e4;
         assert!((0.9..1.0).contains(&share), "{share}");
-        // A mode along one direction only has 4 k of tension against 8 k_s of shear.
+        // A mode along one direction has only 4 k of tension against 8 k_s of shear.
         for (ratio, expected) in [(0.4, false), (0.8, true)] {
             let sheet = Setting::with_shear(1e6, 0.0, ratio).unwrap();
             let (system, x) = (&sheet.simulation.system, &sheet.simulation.state.x);
             let outweighs = |beside| outweighs(system, x, 0.1, beside, false);
             assert_eq!(outweighs(Beside::Laplacian), expected, "{ratio}");
-            // Nothing but the masses resists: h² 8 k_s/m is far above 4.
+            // Only the masses resist, and h² 8 k_s/m is far above 4.
             assert!(outweighs(Beside::Tangent), "{ratio}");
         }
     }

@@ -1,4 +1,4 @@
-//! Each branch of the words, from small facts.
+//! Tests of each branch of the words, with small facts.
 
 use super::super::facts::Shear;
 use super::*;

@@ -130,7 +130,7 @@ fn energies(input: &Input) -> Table {
     }
 }
 
-/// How far a single ε misses the paper's counts.
+/// The table of the factors by which a single ε misses the paper's counts.
 fn common(input: &Input) -> Table {
     let rows = &input.facts.rows;
     let mut terms = values(assumed(rows).flat_map(|row| &row.cells).map(|cell| cell.forcing_term));
@@ -150,7 +150,7 @@ fn common(input: &Input) -> Table {
     }
 }
 
-/// Which reading comes nearest, row by row; nothing where only one was run.
+/// The table of the nearest reading of each row; empty if only one reading was run.
 fn readings(input: &Input) -> Table {
     let rows = &input.facts.rows;
     let several = rows.iter().any(|row| !row.assumed_reading);
@@ -173,7 +173,7 @@ fn readings(input: &Input) -> Table {
     }
 }
 
-/// Runs with a blemish, the greatest gain of energy first.
+/// The table of runs that gain energy, climb or do not converge, greatest gain first.
 fn troubled(input: &Input) -> Table {
     let cells = assumed(&input.facts.rows).flat_map(|row| row.cells.iter().map(move |c| (row, c)));
     let is_troubled =
@@ -252,7 +252,7 @@ fn times(input: &Input) -> Table {
     }
 }
 
-/// Least and greatest of the samples, in milliseconds.
+/// Least and greatest of the samples, in milliseconds, as text.
 fn spread(samples_ns: &[u64]) -> String {
     match (samples_ns.iter().min(), samples_ns.iter().max()) {
         (Some(least), Some(greatest)) => {
@@ -268,7 +268,7 @@ fn spread(samples_ns: &[u64]) -> String {
     }
 }
 
-/// Which row it is, as the leading columns of every table of rows.
+/// The leading columns of every table of rows, which identify the row.
 fn row_names(row: &Row) -> Vec<String> {
     let k_over_m = power(row.stiffness_over_mass_per_s2);
     vec![
@@ -279,14 +279,14 @@ fn row_names(row: &Row) -> Vec<String> {
     ]
 }
 
-/// The same for a table that has several lines a row: what tells them apart comes second.
+/// The same columns for a table with several lines a row. The case comes second.
 fn case_names(row: &Row, case: &str) -> Vec<String> {
     let mut names = row_names(row);
     names.insert(1, case.to_owned());
     names
 }
 
-/// Header of the columns that [`case_names`] makes.
+/// Header of the columns of [`case_names`].
 fn case_header(case: &str) -> Vec<String> {
     let mut header = texts(&ROW_HEADER);
     header.insert(1, case.to_owned());

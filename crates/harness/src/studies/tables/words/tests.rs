@@ -1,4 +1,4 @@
-//! Each branch of the words, from small facts.
+//! Tests of each branch of the words, with small facts.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use super::*;
@@ -20,7 +20,7 @@ fn cell(variant: &str, forcing_term: f64, cg_iterations: u64) -> Cell {
     }
 }
 
-/// A row whose paper counts 100 iterations, with a run of each variant at each of two ε.
+/// A row whose paper count is 100 iterations, with runs of each variant at two values of ε.
 fn row(row: u32, assumed_reading: bool, k: f64, counts: [[u64; 2]; 2]) -> Row {
     let cells: Vec<_> = [PLAIN, UPDATED_PAPER]
         .into_iter()

@@ -6,9 +6,9 @@ use crate::studies::work_precision::run::scenes::{Case as Sheet, Setting, Shape}
 use crate::studies::work_precision::run::truth::PERTURBED;
 use drape_model::SystemSpec;
 
-/// k/m, 1/s².
+/// Values of k/m, 1/s².
 const STIFFNESSES: [f64; 5] = [1e2, 1e4, 1e6, 1e8, 1e10];
-/// Dampings, from none to that which forbids the stiffest mode to swing.
+/// Values of the damping, from none to one with which the stiffest mode does not oscillate.
 const DAMPINGS: [Damping; 6] = [
     Damping::OverMass(0.0),
     Damping::OverMass(10.0),
@@ -17,15 +17,15 @@ const DAMPINGS: [Damping; 6] = [
     Damping::Ratio(0.1),
     Damping::Ratio(1.0),
 ];
-/// Particles along each edge, and where the true motion would take too long.
+/// Particles along each edge: usually, and on sheets whose true motion would take too long.
 const SIDE: u32 = 20;
 const SMALL_SIDE: u32 = 10;
 const STIFF: f64 = 1e9;
-/// Most effort of a run, in visits of a spring, and on the stiffest sheets.
+/// Largest effort of a run, in visits of a spring: usually, and on the stiffest sheets.
 const BUDGET: f64 = 4e7;
 const STIFF_BUDGET: f64 = 8e7;
 
-/// How the damping is given.
+/// The damping in the scene's own terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Damping {
     /// d/m, 1/s.
@@ -34,7 +34,7 @@ pub(super) enum Damping {
     Ratio(f64),
 }
 
-/// A scene before it is built.
+/// A scene, before its system is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
     /// k/m, 1/s².
@@ -42,14 +42,14 @@ pub(super) struct Case {
     pub(super) damping: Damping,
 }
 
-/// All scenes, damping by damping.
+/// All scenes, sorted by damping.
 pub(super) fn cases() -> Vec<Case> {
     let at = |damping| STIFFNESSES.map(|stiffness| Case { stiffness, damping });
     DAMPINGS.into_iter().flat_map(at).collect()
 }
 
 impl Case {
-    /// Whether the quick subset has it.
+    /// Whether the quick subset has this case.
     pub(super) fn is_quick(&self) -> bool {
         self.stiffness == 1e4 && self.damping == Damping::OverMass(10.0)
     }
@@ -65,9 +65,10 @@ impl Case {
         }
     }
 
-    /// `2 ω` over the damping of the stiffest mode at d/m = 1/s. Neighbours along one axis move
-    /// against each other in it, within the sheet: ω² = 4 (k + k_s)/m, and full damping acts with
-    /// (4 d + 8 d_s)/m. Shear springs have a quarter of the stiffness and a tenth of the damping.
+    /// `2 ω` over the damping of the stiffest mode at d/m = 1/s. In this mode, neighbours along one
+    /// axis move against each other within the sheet. Its ω² is 4 (k + k_s)/m, and full damping
+    /// acts with (4 d + 8 d_s)/m. Shear springs have a quarter of the stiffness and a tenth of the
+    /// damping.
     fn scale(&self) -> f64 {
         2.0 * (4.0 * 1.25 * self.stiffness).sqrt() / (4.0 + 8.0 * 0.1)
     }
@@ -107,7 +108,7 @@ pub(super) struct Stage {
 impl Stage {
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
         let (mut setting, noise) = Setting::among_noise(&case.sheet())?;
-        // Finer runs tell nothing.
+        // A smaller error is below the noise, or below every level.
         setting.enough = LEVELS.into_iter().fold(1.0, f64::min).max(noise.error);
         let sheet = &mut setting.scene;
         sheet.id = case.id();

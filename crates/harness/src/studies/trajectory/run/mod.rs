@@ -1,4 +1,4 @@
-//! Experiment `trajectory`: who follows a smooth motion, by stiffness and damping.
+//! Experiment `trajectory`: which methods follow a smooth motion, by stiffness and damping.
 
 mod cases;
 #[cfg(test)]
@@ -16,7 +16,7 @@ use crate::studies::{Context, Measured, Start, prepared, taken};
 use cases::{Stage, cases};
 use serde_json::json;
 
-/// Most effort of a run of the quick subset, in visits of a spring.
+/// Largest effort of a run in the quick subset, in visits of a spring.
 const QUICK: f64 = 4e6;
 
 /// How the facts are measured.
@@ -43,12 +43,12 @@ pub(super) fn method() -> String {
     )
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
 
-/// The forms that are run: all of the registry's methods.
+/// The forms that are run: those of all methods of the registry.
 fn forms() -> impl Iterator<Item = &'static Variant> {
     VARIANTS.iter().filter(|variant| !matches!(variant.knob, Knob::Library(_)))
 }
@@ -75,7 +75,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     Ok(Measured { facts, timings: None, scenes: hashes, seed: Some(SEED) })
 }
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), false, scene));
     let rows = facts.rows.iter().flat_map(|row| {

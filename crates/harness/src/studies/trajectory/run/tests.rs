@@ -1,4 +1,4 @@
-//! What the study rests on: its scenes, their noise, and errors that fall.
+//! Tests of the scenes, of their noise, and of errors that fall with the step.
 
 use super::cases::{Case, Damping, Stage, cases};
 use super::*;
@@ -20,8 +20,8 @@ fn every_stiffness_has_every_damping_once_and_one_is_quick() {
     assert_eq!(cases.iter().filter(|case| case.is_quick()).count(), 1);
 }
 
-/// The stiffest mode of the sheet as it starts, by power iteration on its springs, has the damping
-/// ratio that the scene is named by.
+/// At the start, power iteration on the springs gives the stiffest mode of a sheet. Its damping
+/// ratio is the one in the scene's name.
 #[test]
 fn the_damping_ratio_is_that_of_the_stiffest_mode() {
     for (stiffness, ratio) in [(1e2, 0.01), (1e6, 0.1), (1e10, 1.0)] {
@@ -67,8 +67,7 @@ fn the_damping_ratio_is_that_of_the_stiffest_mode() {
     }
 }
 
-/// Noise is that of the starts: damping takes it away, and it is far below the motion on a soft
-/// sheet.
+/// Noise comes from the starts. Damping removes it, and on a soft sheet it is far below the motion.
 #[test]
 fn noise_is_small_on_soft_sheets_and_errors_of_all_kinds_fall_with_the_step() {
     let Stage { scene, setting } = stage(1e2, Damping::Ratio(1.0));
@@ -91,13 +90,13 @@ fn noise_is_small_on_soft_sheets_and_errors_of_all_kinds_fall_with_the_step() {
         }
         let kept = last.beside.expect("errors").retained;
         assert!((kept - 1.0).abs() < 0.05, "{label}: {kept}");
-        // A linearised step of backward Euler dissipates.
+        // Linearised backward Euler dissipates energy.
         assert!(label != "baraff-witkin" || last.beside.expect("errors").energy < 0.0, "{last:?}");
     }
 }
 
-/// A run that is one of the true motions is off by nothing from it, though it is off by noise from
-/// the one without.
+/// A run that equals one of the noisy motions has no error, although it differs from the motion
+/// without noise.
 #[test]
 fn a_run_is_held_against_the_nearest_true_motion() {
     let Stage { scene, setting } = stage(1e4, Damping::OverMass(0.0));

@@ -2,7 +2,7 @@ use super::super::facts::Tied;
 use super::*;
 use drape_report::Verdict;
 
-/// A sheet with its noise, and the error that its one good form makes.
+/// A sheet with its noise, and with the error of its only good form.
 fn scene(stiffness: f64, ratio: f64, floor: f64) -> Scene {
     Scene {
         id: format!("k/m = {stiffness:e}, ζ = {ratio}"),
@@ -59,7 +59,8 @@ fn row(scene: &Scene, label: &str, modelled_s: f64, error: f64, energy: f64) -> 
     }
 }
 
-/// `fast` is explicit, `firm` implicit and `ratio` times as dear as the winner, or as cheap as it.
+/// Facts with two methods. `fast` is explicit. `firm` is implicit and takes `ratio` times the
+/// winner's time, or is the winner.
 fn facts(sheets: &[(f64, f64, f64, bool, f64)]) -> Facts {
     let mut facts = Facts { scenes: Vec::new(), rows: Vec::new(), winners: Vec::new() };
     for &(stiffness, damping, floor, is_explicit, ratio) in sheets {
@@ -116,12 +117,12 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
     ] {
         assert!(all.contains(sentence), "{sentence}: {all}");
     }
-    // One that stands still has the right energy, and is not asked.
+    // A run that stands still has the right energy, but is not counted.
     let mut still = known.clone();
     let beside = still.rows[0].runs[0].beside.as_mut().expect("errors");
     (beside.energy, beside.retained) = (0.0, 0.1);
     assert_eq!(words(&still).observations[2], said.observations[2]);
-    // A sheet on which no method gets there is named.
+    // A sheet is named if no method reaches the error on it.
     let mut missed = known;
     missed.winners[0].label = None;
     missed.winners[0].is_explicit = None;

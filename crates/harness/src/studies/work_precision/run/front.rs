@@ -26,12 +26,12 @@ fn id(row: &Row) -> &str {
     row.method.split(':').next().unwrap_or(&row.method)
 }
 
-/// The winner of a scene at a level of error, and the next method.
+/// The winner of a scene at a level of error, and the methods next to it.
 pub(in crate::studies) fn winner(scene: &str, rows: &[Row], level: f64) -> Winner {
     let rows = || rows.iter().filter(|row| row.scene == scene);
     let best = cheapest(rows(), level);
-    // Methods that take the same steps give the same answer, as symplectic Euler and Provot's below
-    // his limit: a tie with oneself says nothing.
+    // Methods that take the same steps give the same answer, e.g. symplectic Euler and Provot below
+    // his limit. A tie between equal runs says nothing, so it is left out.
     let behind = best.map_or_else(Vec::new, |(best, run)| {
         let ids = methods::all().map(|method| method.id).chain([DOP853]);
         let others = ids.filter(|other| *other != id(best)).filter_map(|other| {

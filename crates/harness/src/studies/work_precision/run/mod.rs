@@ -18,9 +18,9 @@ use scenes::{Setting, cases};
 use serde_json::json;
 use variants::VARIANTS;
 
-/// Most effort of a run of the quick subset, in visits of a spring.
+/// Largest effort of a run in the quick subset, in visits of a spring.
 const QUICK: f64 = 8e6;
-/// Errors beyond this are those of runs that do not follow the motion: recorded, not compared.
+/// A run with a larger error does not follow the motion: its error is recorded, but not compared.
 pub(in crate::studies) const FOLLOWING: f64 = 0.5;
 
 /// How the timings are taken.
@@ -33,7 +33,7 @@ pub(super) fn method() -> String {
     METHOD.to_owned()
 }
 
-/// The systems from which its runs start.
+/// The systems from which the study's runs start.
 pub(super) fn starts() -> Vec<Start> {
     cases().into_iter().map(|case| Start::new(case.id(), move || case.spec())).collect()
 }
@@ -89,7 +89,7 @@ const METHOD: &str = "A bent, unstretched sheet of 1 m × 1 m (a part of a cylin
     visits: sweeps of forces and matrix products by their length, 80 n^1.5 a factorisation of \
     Newton's matrix.";
 
-/// Its facts, as they are compared.
+/// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter();
     let scenes = scenes.map(|scene| fact(format!("scene {}", scene.id), false, scene));
@@ -104,7 +104,7 @@ pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     scenes.chain(rows).collect()
 }
 
-/// What was counted: exact where it is portable, only recorded elsewhere.
+/// The counts of a run: compared exactly if they are portable, otherwise only recorded.
 pub(in crate::studies) fn counts(key: String, run: &Run) -> Fact {
     let counts = json!({
         "effort": run.effort,

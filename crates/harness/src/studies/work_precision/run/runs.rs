@@ -13,26 +13,26 @@ use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
 use drape_report::Verdict;
 use std::time::Instant;
 
-/// Steps of the coarsest run of a method that stiffness does not limit.
+/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
 const FEWEST: u32 = 8;
-/// Most steps of any run.
+/// Largest number of steps of any run.
 const MOST: u32 = 1 << 20;
-/// Steps that a method with another knob is asked for: about a frame of a film each.
+/// Number of steps asked of a method with another knob: each step is about a frame of a film.
 const FRAMES: u32 = 16;
-/// A run twice as far from the truth as that has moved does not follow it. A sheet that stands
-/// still has an error of 1: it is wrong, but has not diverged.
+/// A run has diverged if its error exceeds twice the true motion. A sheet that stands still has an
+/// error of 1: it is wrong, but has not diverged.
 const LOST: f64 = 2.0;
-/// A finer run costs at least so many times as much as the one before, and nearly as many times as
-/// that one cost more.
+/// Bounds on the growth of effort from one run to the next finer one. The effort grows at least by
+/// this factor, and by at least [`SAME_GROWTH`] times its last growth.
 const LEAST_GROWTH: f64 = 1.4;
 const SAME_GROWTH: f64 = 0.9;
 /// Evaluations of the forces in a step of DOP853.
 const STAGES: f64 = 12.0;
-/// Combining the stages of a step of DOP853, in visits of a spring for each particle, as the
-/// library does it.
+/// Work of combining the stages of a DOP853 step as the library does it, in visits of a spring per
+/// particle.
 const COMBINING: f64 = 150.0;
 
-/// Least effort of the run after some others.
+/// Lower bound on the effort of the next, finer run.
 fn expected(runs: &[Run]) -> f64 {
     let Some(last) = runs.last() else { return 0.0 };
     let before =
@@ -48,7 +48,8 @@ pub(super) struct Timed {
 }
 
 impl Setting {
-    /// All runs of a variant. `quick` has the same runs up to a small effort.
+    /// All runs of a variant, coarsest first. They end when the error is small enough or the budget
+    /// is spent, and before a run that is expected to take more than `limit` visits of a spring.
     pub(in crate::studies) fn row(
         &self,
         variant: &Variant,
@@ -56,7 +57,7 @@ impl Setting {
     ) -> Result<Row, HarnessError> {
         let mut runs: Vec<Run> = Vec::new();
         for value in self.values(variant) {
-            // What cannot be expected to fit is not begun.
+            // A run that is not expected to fit its budget is recorded, but not begun.
             let expected = expected(&runs);
             if limit.is_some_and(|limit| expected > limit) {
                 break;
@@ -89,8 +90,8 @@ impl Setting {
             Knob::Setting(_, values) | Knob::Library(values) => values.to_vec(),
             Knob::Steps => {
                 let first = if is_limited_by_stiffness(variant.method) {
-                    // The last power of two at which the fastest oscillation, undamped, is
-                    // unstable.
+                    // The largest power of two with unstable steps, judged by the fastest undamped
+                    // oscillation.
                     let limit = 0.5 * SPAN * self.scene.greatest_frequency_per_s;
                     ((limit as u32 + 1).next_power_of_two() / 2).max(FEWEST)
                 } else {
@@ -102,7 +103,7 @@ impl Setting {
         }
     }
 
-    /// One run, and how long it took.
+    /// Makes one run and takes its time.
     pub(super) fn run(&self, variant: &Variant, value: f64) -> Result<Timed, HarnessError> {
         match variant.choice(value)? {
             Some(choice) => self.integrate(variant, &choice, value),
@@ -183,7 +184,7 @@ impl Setting {
         Ok(Timed { run, nanoseconds: (1e9 * seconds) as u64 })
     }
 
-    /// The adaptive method of the library.
+    /// A run of the library's adaptive method.
     fn adapt(&self, tolerance: f64) -> Result<Timed, HarnessError> {
         let particles = self.scene.particles as f64;
         let sweep = self.scene.springs as f64 + particles;

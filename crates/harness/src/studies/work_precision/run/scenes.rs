@@ -1,4 +1,4 @@
-//! The scenes: where the sheet is held and how it starts, its stiffness, damping and size.
+//! The scenes: how the sheet is held and starts, its stiffness, damping and size.
 
 use super::truth::Truth;
 use crate::run::Simulation;
@@ -24,7 +24,7 @@ pub(in crate::studies) enum Shape {
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::studies) struct Case {
     pub(in crate::studies) shape: Shape,
-    /// Whether `d/m = √(k/m)`.
+    /// Whether damping is heavy: `d/m = √(k/m)`.
     pub(in crate::studies) is_heavy: bool,
     /// k/m, 1/s².
     pub(in crate::studies) stiffness: f64,
@@ -33,7 +33,7 @@ pub(in crate::studies) struct Case {
     /// Damping over mass with light damping, 1/s.
     pub(in crate::studies) light: f64,
     pub(in crate::studies) series: Vec<&'static str>,
-    /// Most effort of a run, in visits of a spring.
+    /// Largest effort of a run, in visits of a spring.
     pub(in crate::studies) budget: f64,
 }
 
@@ -45,26 +45,28 @@ const LIGHT: f64 = 10.0;
 const SIDE: u32 = 20;
 /// Particles along each edge where the reference would take too long.
 const SMALL_SIDE: u32 = 10;
-/// Radius of the cylinder of which the sheet is a part at its start, m. Every spring is at its rest
-/// length there, so that a stiff sheet does not ring.
+/// Radius of the cylinder on which the sheet starts, m. Every spring starts at its rest length, so
+/// that a stiff sheet does not ring.
 const RADIUS: f64 = 1.5;
 /// Spin of the thrown sheet, rad/s.
 const SPIN: [f64; 3] = [4.0, 3.0, 2.0];
-/// Speed at which the thrown sheet folds, m/s, over the square of the distance from its middle
-/// line.
+/// Strength of the fold of the thrown sheet, 1/(m s): this times the square of the distance from
+/// the middle line is a particle's extra speed.
 const FOLD: f64 = 4.0;
-/// Most effort of a run where the headline is made, from this stiffness on.
+/// Largest effort of a run on a lightly damped hanging sheet from [`STIFF`] on, in visits of a
+/// spring. The headline figure shows these runs.
 const BUDGET: f64 = 1.2e8;
 const STIFF: f64 = 1e6;
-/// Most effort elsewhere, for up to [`SIDE`]² particles; more for more.
+/// Largest effort of other runs on up to [`SIDE`]² particles. It grows in proportion to the
+/// particles beyond.
 const SMALL_BUDGET: f64 = 3e7;
-/// Finer runs than one with this error are not asked for.
+/// No finer run is made after one with a smaller error than this.
 const ENOUGH: f64 = 1e-5;
-/// Tolerance of the reference.
+/// Tolerance of the reference solution.
 pub(super) const TOLERANCE: f64 = 1e-10;
 
-/// A star around the hanging sheet: its stiffness with light and with heavy damping, two other
-/// scenes, two series of sizes.
+/// The scenes form a star around one hanging sheet. Its arms vary the stiffness with light and with
+/// heavy damping, the way the sheet is held, and the size in two ways.
 pub(super) fn cases() -> Vec<Case> {
     let base = Case {
         shape: Shape::Hanging,
@@ -114,12 +116,12 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 impl Case {
-    /// Whether it stands in the series over the stiffness with light damping.
+    /// Whether this is the lightly damped hanging sheet in the series over stiffness.
     pub(super) fn is_base(&self) -> bool {
         self.shape == Shape::Hanging && !self.is_heavy && self.series.contains(&STIFFNESS)
     }
 
-    /// Whether it is the finest sheet of the series that keeps the material.
+    /// Whether this is the finest sheet of the series with fixed material.
     pub(super) fn is_finest(&self) -> bool {
         self.side > SIDE && self.series.contains(&FIXED_MATERIAL)
     }
@@ -162,7 +164,7 @@ impl Case {
         }
     }
 
-    /// The sheet at its start.
+    /// The system of the sheet at its start.
     pub(in crate::studies) fn spec(&self) -> Result<SystemSpec, HarnessError> {
         let mut spec = self.sheet().spec()?;
         for position in &mut spec.particles.position_m {
@@ -170,7 +172,7 @@ impl Case {
             position[0] = RADIUS * libm::sin(angle);
             position[2] = RADIUS * (1.0 - libm::cos(angle));
         }
-        // A chord is shorter than its arc: with the rest lengths of the flat sheet every spring
+        // A chord is shorter than its arc. With the rest lengths of the flat sheet every spring
         // would start compressed, and at k/m = 1e10 that energy would outweigh the fall.
         let x = &spec.particles.position_m;
         for spring in &mut spec.springs {
@@ -195,23 +197,23 @@ impl Case {
     }
 }
 
-/// The normal of the cylinder at a place on it: of every sheet at its start.
+/// The outward normal of the cylinder at a point `x` of it. Every sheet starts on the cylinder.
 pub(super) fn normal(x: &Vec3) -> Vec3 {
     Vec3::new(-x.x, 0.0, RADIUS - x.z) / RADIUS
 }
 
-/// A scene with its exact solution.
+/// A scene with its reference solution.
 #[derive(Clone)]
 pub(in crate::studies) struct Setting {
     pub(in crate::studies) case: Case,
     pub(in crate::studies) simulation: Simulation,
-    /// Finer runs than one with this error are not asked for.
+    /// No finer run is made after one with a smaller error than this.
     pub(in crate::studies) enough: f64,
-    /// The true positions at the end.
+    /// The positions of the reference at the end, m.
     pub(super) exact: Vec<Vec3>,
     pub(in crate::studies) hash: String,
     pub(in crate::studies) scene: Scene,
-    /// True motions with their noise, against which runs are held where the study asks for them.
+    /// An ensemble of true motions, for studies that compare runs with the nearest of them.
     pub(super) truth: Option<Truth>,
 }
 
@@ -222,8 +224,8 @@ impl Setting {
         })
     }
 
-    /// A scene with a reference of its own: `ends` are the last states of two runs, the better one
-    /// first; `tolerance` is that of the better one.
+    /// A scene with its own reference. `ends` gives the last states of two runs, the better one
+    /// first; `tolerance` belongs to the better one.
     pub(in crate::studies) fn of(
         case: &Case,
         spec: &SystemSpec,
@@ -264,7 +266,8 @@ impl Setting {
         })
     }
 
-    /// Error of positions at the end; where there are several true motions, against the nearest.
+    /// Error of the positions `x` at the end. An ensemble of true motions gives the error against
+    /// the nearest one.
     pub(in crate::studies) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
         match &self.truth {

@@ -1,4 +1,4 @@
-//! What the experiment rests on: starts, budgets, fronts, and that every method is there.
+//! What the experiment rests on: its starts, budgets and fronts, and that it has every method.
 
 use super::scenes::{Case, Setting, Shape, normal};
 use super::*;
@@ -8,7 +8,7 @@ use drape_model::Vec3;
 use drape_report::Verdict;
 use variants::{DOP853, Knob, Variant};
 
-/// A small and soft member of the star.
+/// A small and soft scene of the star.
 fn small(shape: Shape, budget: f64) -> Setting {
     let mut case: Case = cases().swap_remove(0);
     (case.shape, case.side, case.stiffness, case.budget) = (shape, 6, 1e3, budget);
@@ -103,8 +103,8 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
     }
 }
 
-/// A spring is nearly at right angles to the normals at its ends, so that noise along them hardly
-/// stretches it. Along the vertical it would: the outer springs rise by 0.31 of their length.
+/// A spring is nearly at right angles to the normals at its ends, so noise along them hardly
+/// stretches it. Vertical noise would: the outer springs rise by 0.31 of their length.
 #[test]
 fn noise_leaves_the_sheet_along_its_normal() {
     let case = cases().into_iter().find(Case::is_quick).expect("a quick case");

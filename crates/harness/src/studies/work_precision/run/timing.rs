@@ -1,4 +1,4 @@
-//! Seconds: one run at a time, and only of runs whose answer is that of the facts.
+//! Timings: one run at a time. A time counts only if the run repeats the error of the facts.
 
 use super::runs::Timed;
 use super::scenes::Setting;
@@ -16,15 +16,16 @@ pub(super) const METHOD: &str = "One run at a time on one thread, with set-up an
     timed, and those that are far from no front. A run is ranked only if it repeats the recorded \
     error to the last bit.";
 
-/// Runs that take longer are timed once.
+/// A run that takes longer than this is timed once, ns.
 const LONG_NS: u64 = 300_000_000;
 const REPETITIONS: usize = 3;
-/// Runs up to so many visits of a spring are timed: the prices of their form rest on them.
+/// All runs up to this effort, in visits of a spring, are timed: the prices of work rest on them.
 const QUICK: f64 = 1e7;
-/// Runs of more are timed up to so many times the least modelled time for their error.
+/// A run of more effort is timed if its modelled time is at most this many times the least for its
+/// error.
 const NEAR: f64 = 8.0;
 
-/// Times the runs that matter.
+/// Times the runs of small effort and those near the front.
 pub(super) fn rows(
     context: &Context<'_>,
     settings: &[Setting],

@@ -1,4 +1,4 @@
-//! True motions of a scene from starts that differ by noise, and how far a run is from them.
+//! True motions of a scene whose starts differ by noise, and the errors of a run against them.
 
 use super::scenes::{Case, SPAN, Setting, TOLERANCE, normal};
 use crate::HarnessError;
@@ -11,19 +11,19 @@ use drape_oracle::Random;
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{ReferenceSettings, adaptive};
 
-/// Of the perturbed starts.
+/// Seed of the random numbers that perturb the starts.
 pub(in crate::studies) const SEED: u64 = 20;
-/// Starts beside the one without noise.
+/// Number of perturbed starts, beside the one without noise.
 pub(in crate::studies) const PERTURBED: usize = 8;
-/// Most by which a particle is moved along the normal of the sheet in a perturbed start, m: along
-/// another direction its springs would be stretched, which is not out of the plane.
+/// Largest displacement of a particle in a perturbed start, m. It is along the normal of the sheet:
+/// in another direction it would stretch the springs.
 const NOISE_M: f64 = 1e-6;
-/// Frames in the span, a power of two, so that steps of halves of the span end on them.
+/// Number of frames in the span. It is a power of two, so that steps of T/2ʲ end on frames.
 const FRAMES: u32 = 8;
 /// Frames from one look at the surface to the next.
 const STRIDE: u32 = 2;
 
-/// The true motions.
+/// The ensemble of true motions.
 #[derive(Clone)]
 pub(in crate::studies) struct Truth {
     camera: Camera,
@@ -31,7 +31,7 @@ pub(in crate::studies) struct Truth {
     start: Vec<Vec3>,
     /// The motion without noise, then those with noise.
     members: Vec<Member>,
-    /// Fall of the potential energy from the start to its least at the end of a frame, J.
+    /// Potential energy at the start, less its least value at the end of a frame, J.
     released_j: f64,
 }
 
@@ -45,22 +45,23 @@ struct Member {
     energy_j: f64,
 }
 
-/// What is known of the true motions.
+/// Spread of the true motions, with the size of what they show. Each spread is a mean over the
+/// perturbed motions of the distance from the one without noise.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::studies) struct Noise {
-    /// Mean over the perturbed motions of their error beside the one without noise.
+    /// Spread of the positions at the end, as an error.
     pub(in crate::studies) error: f64,
-    /// The same of the distance of the surfaces, m.
+    /// Spread of the surfaces: their mean distance, m.
     pub(in crate::studies) shape_m: f64,
-    /// The same of the strain, whatever its sign.
+    /// Spread of the mean strain, taken without its sign.
     pub(in crate::studies) strain: f64,
-    /// The same of the energy at the end over what is released.
+    /// Spread of the energy at the end, over [`Self::released_j`].
     pub(in crate::studies) energy: f64,
-    /// Energy that the scene sets free, J.
+    /// Potential energy that the scene sets free, J.
     pub(in crate::studies) released_j: f64,
-    /// Energy that the true motion loses, over that.
+    /// Energy that the true motion loses, over [`Self::released_j`].
     pub(in crate::studies) dissipated: f64,
-    /// 99th percentile of the strain of the true motion, mean over time.
+    /// 99th percentile of the strain of the true motion: a mean over time.
     pub(in crate::studies) true_strain: f64,
 }
 
@@ -81,8 +82,8 @@ fn energy(system: &System, state: &State) -> f64 {
 }
 
 impl Setting {
-    /// A scene whose runs are held against the nearest of an ensemble of true motions. They are
-    /// watched for their other errors too.
+    /// A scene whose runs are compared with the nearest of an ensemble of true motions. Runs are
+    /// also measured for the errors in [`Beside`].
     pub(in crate::studies) fn among_noise(case: &Case) -> Result<(Self, Noise), HarnessError> {
         let spec = case.spec()?;
         let (system, state) = spec.build()?;
@@ -150,7 +151,7 @@ impl Truth {
         }
     }
 
-    /// Makes a run of so many steps.
+    /// Makes a run of `steps` steps and looks at its frames.
     pub(super) fn watch<'a>(
         &'a self,
         runner: Runner<'a>,
@@ -160,7 +161,7 @@ impl Truth {
         self.camera.glance(runner, simulation, steps as u32 / FRAMES)
     }
 
-    /// The error of positions at the end, against the nearest motion, and which that is.
+    /// The error of the positions at the end against the nearest motion, and that motion.
     fn nearest(&self, system: &System, x: &[Vec3]) -> (f64, &Member) {
         let error = |member: &Member| position_error(system, &self.start, &member.end, x);
         let first = &self.members[0];
@@ -168,12 +169,12 @@ impl Truth {
         others.fold((error(first), first), |best, next| if next.0 < best.0 { next } else { best })
     }
 
-    /// The error of positions at the end.
+    /// The error of the positions at the end, against the nearest motion.
     pub(super) fn error(&self, system: &System, x: &[Vec3]) -> f64 {
         self.nearest(system, x).0
     }
 
-    /// The other errors.
+    /// The other errors, against the motion whose positions are nearest at the end.
     pub(super) fn beside(&self, simulation: &Simulation, seen: &Seen) -> Beside {
         let Simulation { system, state } = simulation;
         let (_, member) = self.nearest(system, &state.x);

@@ -1,4 +1,4 @@
-//! The methods, and what is turned from one run to the next.
+//! The methods, and the knob that is turned from one run to the next.
 
 use crate::HarnessError;
 use crate::methods::runs::work::{self, Scope};
