@@ -20,9 +20,9 @@ pub(crate) const HALF: f64 = 0.5;
 /// Positions, kinetic energy and strain at one look.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
-    /// One a particle, in the order of the specification, m.
+    /// Position of each particle, in the order of the specification, m.
     pub(crate) x: Vec<Vec3>,
-    /// J.
+    /// Kinetic energy, J.
     pub(crate) kinetic: f64,
     /// 99th percentile of the strain along the threads.
     pub(crate) strain: f64,
