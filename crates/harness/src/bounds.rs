@@ -6,8 +6,8 @@ use drape_report::number::significant;
 /// A position farther from the centre of the start than this many scene sizes, and farther than
 /// [`Bounds::way`], counts as diverged.
 const FAR: f64 = 1e3;
-/// Twice what fall, throw, wind and whatever is led can cover: a led pin whips the cloth to a
-/// multiple of its own speed, and long steps fall a little farther.
+/// Factor on the distance that fall, throw, wind, led pins and led obstacles can cover. A led pin
+/// whips the cloth to a multiple of its own speed, and long steps fall a little farther.
 const GENEROUS: f64 = 2.0;
 
 /// Extent of a scene, and what its particles can cover, for the test of divergence.
@@ -17,7 +17,7 @@ pub(crate) struct Bounds {
     size: f64,
     /// Greatest acceleration by forces without a stiffness, such as gravity, m/s².
     acceleration: f64,
-    /// Greatest speed of the start, of the air and of what moves on paths, added up, m/s.
+    /// Sum of the greatest speeds of the start, of the air, and of led pins and obstacles, m/s.
     speed: f64,
     start: f64,
 }
@@ -27,7 +27,7 @@ impl Bounds {
         let x = &state.x;
         let (low, high) = x.iter().fold((x[0], x[0]), |(low, high), x| (low.inf(x), high.sup(x)));
         let size = (high - low).norm();
-        // A single particle, or all in one place, has no size: take a metre.
+        // One particle, or many in one place, have no extent: take a metre.
         let size = if size > 0.0 { size } else { 1.0 };
         let mut force = vec![Vec3::zeros(); x.len()];
         for effect in system.effects().filter(|effect| !effect.has_jacobian()) {

@@ -44,13 +44,13 @@ pub enum HarnessError {
     /// A contract of the integrator was broken.
     #[error(transparent)]
     Step(#[from] StepError),
-    /// There is no exact solution to compare with.
+    /// The scene has no exact solution to compare with.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
     /// A record could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// Another process writes results there.
+    /// Another process writes results into the folder.
     #[error(
         "{}: another process is writing results there; wait for it or choose another folder with \
          --out",
@@ -60,13 +60,13 @@ pub enum HarnessError {
         /// The folder.
         folder: PathBuf,
     },
-    /// Cells are missing that this process may not compute.
+    /// Missing cells belong to other shards, so this process may not compute them.
     #[error("cells are missing that belong to other shards; `drape merge` joins shards")]
     Elsewhere,
     /// The time of a long study ended within a run.
     #[error("the time that --minutes gives is over")]
     Late,
-    /// A folder holds no part of what is merged.
+    /// A folder that is to be merged holds no fitting part.
     #[error("{}: {found}; expected {expected}", path.display())]
     Part {
         /// The folder, or the journal in it.
@@ -76,7 +76,7 @@ pub enum HarnessError {
         /// What is allowed.
         expected: String,
     },
-    /// The operating system refused a thread.
+    /// The operating system refused to start a thread.
     #[error(
         "the system refuses a thread for each processor ({0}); set the variable \
          RAYON_NUM_THREADS to a smaller number"
@@ -85,9 +85,9 @@ pub enum HarnessError {
     /// No such experiment.
     #[error("no experiment `{name}`; expected one of: {known}")]
     UnknownExperiment {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// The known ones.
+        /// The known names.
         known: String,
     },
     /// A study has no start of that name.
@@ -111,7 +111,7 @@ pub enum HarnessError {
 }
 
 impl HarnessError {
-    /// The same error, which names the scene's file where the method refused the system in it.
+    /// The same error. Where the method refused the system, it names the scene's file.
     #[must_use]
     pub fn in_scene(self, file: &str) -> Self {
         match self {
@@ -124,7 +124,7 @@ impl HarnessError {
     }
 }
 
-/// What a matrix of the system is made of, for messages about it.
+/// The origin of a matrix of the system, for messages about that matrix.
 const MATRIX: &str = "with its masses and stiffnesses and the step (`time.step_s` or --dt) ";
 
 fn origin(refusal: &PrepareError) -> &'static str {

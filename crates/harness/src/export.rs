@@ -1,19 +1,18 @@
-//! The numbers of committed records as tidy tables: one number a row.
+//! Exports the numbers of committed records as tidy tables, one number a row.
 //!
-//! A study has a table of its facts, and so has the record of `drape compare`. Times on one machine,
-//! and facts of solvers outside drape, have tables of their own where such records are there: see
-//! [`Part`].
+//! Each study has a table of its facts, and so has the record of `drape compare`. Records of times
+//! on one machine, and of facts of solvers outside drape, have separate tables: see [`Part`].
 //!
 //! A record holds lists of cells, each a JSON object. A cell names itself by words (its label, its
-//! series, …) and holds numbers. Each number becomes a row that repeats what a reader filters by:
-//! scene, particles, stiffness, method, settings, step, verdict and cost. Nested objects and lists
-//! are walked through, so a metric may be called `runs.3.error` or `energy.17`; a nested run has
-//! its own words in these columns. Units stand in the keys of the records (`step_s`, `path_m`), or
-//! beside the number (`unit`, in the claims).
+//! series, …) and holds numbers. Each number becomes a row, which repeats the columns by which a
+//! reader filters: scene, particles, stiffness, method, settings, step, verdict and cost. The
+//! export walks through nested objects and lists, so a metric may be called `runs.3.error` or
+//! `energy.17`. A nested run has its own words in these columns. Units stand in the keys of the
+//! records (`step_s`, `path_m`), or beside the number (`unit`, in the claims).
 //!
-//! Where a cell names a scene, and the facts list the scenes, the numbers of the scene that a cell
-//! lacks come from there. Where it has a label alone, its method comes from the facts that have the
-//! same label.
+//! Where a cell names a scene that the facts list, numbers of the scene that the cell lacks come
+//! from that list. Where a cell has only a label, its method comes from the facts with the same
+//! label.
 
 use crate::{compare, studies};
 use drape_report::number::median;
@@ -87,7 +86,7 @@ const CELL: usize = 1;
 const METRIC: usize = 8;
 const UNIT: usize = 10;
 
-/// What the entries of a column are, for formats with types. An empty entry is a missing one.
+/// The type of the entries of a column, for formats with types. An empty entry is a missing one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Text.
@@ -126,7 +125,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// Its folder below that of the facts; empty for these.
+    /// Its folder below that of the facts; empty for the facts.
     fn folder(self) -> &'static str {
         match self {
             Self::Facts => "",
@@ -139,17 +138,17 @@ impl Part {
 /// The numbers of a record.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Name of the study, or of what else was timed.
+    /// Name of the study, or of another timed program.
     pub study: String,
-    /// Which of its records.
+    /// The record of the study.
     pub part: Part,
     /// One number a row.
     pub rows: Vec<Row>,
 }
 
 impl Table {
-    /// A name that no other table of the same results has: `STUDY`, `timings-STUDY` or
-    /// `engines-STUDY`.
+    /// The name of the table, which is unique among the tables of the same results: `STUDY`,
+    /// `timings-STUDY` or `engines-STUDY`.
     #[must_use]
     pub fn name(&self) -> String {
         match self.part {
@@ -159,14 +158,15 @@ impl Table {
     }
 }
 
-/// Lists of coordinates for pictures, which are no measurements: `positions` of whole cloths.
+/// Keys of coordinates for pictures, which are no measurements.
 const NO_METRIC: [&str; 1] = ["position_m"];
 
-/// Reads all records of the studies below `results`, of whatever else was timed there, and that of
-/// `drape compare`; with names in `only`, those of these names alone.
+/// Reads the records below `results`: those of all studies, other records of timings and engines,
+/// and the record of `drape compare`. With names in `only`, it reads only the records of these
+/// names.
 ///
 /// # Errors
-/// [`ReportError`] when a record cannot be read, or is another one than its place says.
+/// [`ReportError`] when a record cannot be read, or when its content does not belong at its place.
 pub fn tables(results: &Path, only: &[String]) -> Result<Vec<Table>, ReportError> {
     let mut tables = Vec::new();
     for name in names(results)? {
@@ -261,8 +261,8 @@ fn of_record(part: Part, record: &Record<Value>) -> Table {
     Table { study: record.experiment.clone(), part, rows: frame.rows(&record.facts) }
 }
 
-/// The table of a record of timings. Scenes and methods that it does not describe stand in the
-/// facts.
+/// The table of a record of timings. It takes scenes and methods that the record does not describe
+/// from the facts.
 fn of_timings(timings: &Timings<Value>, facts: Option<&Record<Value>>) -> Table {
     let none = Value::Null;
     let facts = facts.map_or(&none, |record| &record.facts);
@@ -280,7 +280,7 @@ fn of_timings(timings: &Timings<Value>, facts: Option<&Record<Value>>) -> Table 
     Table { study: timings.experiment.clone(), part: Part::Timings, rows }
 }
 
-/// Processor and threads in short.
+/// The processor and the number of threads, as a short text.
 fn machine(provenance: &Provenance) -> String {
     let Provenance { cpu, threads, .. } = provenance;
     let plural = if *threads == 1 { "" } else { "s" };
@@ -290,7 +290,8 @@ fn machine(provenance: &Provenance) -> String {
 /// A scene: its name, and the cell that describes it.
 type Scene<'a> = (&'a str, &'a Map<String, Value>);
 
-/// What cells refer to by an `id` or `name`: a scene, or a row of the facts that has one.
+/// The scenes of the facts, by the `id` or `name` to which cells refer. It may name a scene, or a
+/// row of the facts that has a scene.
 fn scenes(facts: &Value) -> BTreeMap<&str, Scene<'_>> {
     let mut scenes = BTreeMap::new();
     for list in ["rows", "scenes", "cases", "meshes"] {
@@ -311,8 +312,8 @@ fn scenes(facts: &Value) -> BTreeMap<&str, Scene<'_>> {
     scenes
 }
 
-/// Methods with their settings by scene and label, and by label alone under an empty scene. Where
-/// cells of one label differ in the settings, the id alone.
+/// Methods with their settings, by scene and label, and by label alone under an empty scene. Where
+/// cells with one label differ in the settings, it gives only the id.
 fn methods(facts: &Value) -> BTreeMap<(&str, &str), &str> {
     let mut methods = BTreeMap::new();
     let mut rest = vec![facts];
@@ -336,7 +337,7 @@ fn methods(facts: &Value) -> BTreeMap<(&str, &str), &str> {
     methods
 }
 
-/// What two methods have in common: all, the id, or nothing.
+/// The common part of two methods: all of the text, the id, or nothing.
 fn common<'a>(one: &'a str, other: &'a str) -> &'a str {
     let id = split(one).0;
     if one == other {
@@ -353,27 +354,28 @@ fn split(whole: &str) -> (&str, &str) {
     whole.split_once(':').unwrap_or((whole, ""))
 }
 
-/// What all cells of a record share.
+/// The context that all cells of a record share.
 #[derive(Clone)]
 struct Frame<'a> {
     study: &'a str,
     commit: &'a str,
     machine: String,
     quick: String,
-    /// Keys of times, the most telling first, with the seconds of their unit.
+    /// Keys of times, the preferred one first, with their units in seconds.
     costs: &'static [(&'static str, f64)],
     scenes: BTreeMap<&'a str, Scene<'a>>,
     methods: BTreeMap<(&'a str, &'a str), &'a str>,
 }
 
-/// Keys whose values stand in columns.
+/// Keys whose values have columns of their own.
 const SCENE: [&str; 3] = ["scene", "case", "mesh"];
 const STIFFNESS: &str = "stiffness_over_mass_per_s2";
 
-/// Times of runs among facts. Others there are times of the cloth, or of the paper's machine.
+/// Keys for the time of a run among facts. Other times there are simulated, or of the paper's
+/// machine.
 const MODELLED: [(&str, f64); 2] = [("modelled_s", 1.0), ("frame_s", 1.0)];
 
-/// Times of runs among timings. Medians that stand beside their samples are the same.
+/// Keys for the time of a run among timings. A median beside its samples is the same time.
 const MEASURED: [(&str, f64); 6] = [
     ("frame_s", 1.0),
     ("samples_s", 1.0),
@@ -392,7 +394,7 @@ impl Frame<'_> {
             match value {
                 Value::Array(cells) => self.cells(list, cells, &mut rows),
                 Value::Object(cell) => {
-                    // It is about the whole record, not a run: `frame_s` is no cost there.
+                    // This object describes the whole record, not a run, so `frame_s` is no cost.
                     Frame { costs: &[], ..self.clone() }.cell(list, cell, &mut rows);
                 }
                 other => {
@@ -437,10 +439,11 @@ impl Frame<'_> {
         }
     }
 
-    /// What the rows of an object repeat: what it says itself, else what those around it say.
+    /// The columns that the rows of an object repeat. They come from the object itself, or else
+    /// from the objects around it.
     fn head(&self, outer: &Head, object: &Map<String, Value>) -> Head {
         let mut head = outer.clone();
-        // What was run may stand in an object of its own.
+        // The description of a run may stand in its own object.
         let case = object.get("case").and_then(Value::as_object);
         let get = |key: &str| object.get(key).or_else(|| case?.get(key));
         let word = |key: &str| get(key).and_then(Value::as_str);
@@ -470,7 +473,7 @@ impl Frame<'_> {
             let (id, settings) = split(whole.unwrap_or_default());
             if (id, settings) != (head.method.as_str(), head.settings.as_str()) {
                 let (id, settings) = (id.to_owned(), settings.to_owned());
-                // Verdict and cost of another method are not its own.
+                // The verdict and the cost belong to another method, so drop them.
                 let (verdict, cost, cost_of) = (String::new(), String::new(), "");
                 head = Head { method: id, settings, verdict, cost, cost_of, ..head };
             }
@@ -490,7 +493,7 @@ impl Frame<'_> {
         head
     }
 
-    /// The method with this label: on that scene, or where the scene has no such label, on all.
+    /// The method with this label on that scene; where the scene has no such label, on all scenes.
     fn method(&self, scene: &str, label: &str) -> Option<&str> {
         let on = |scene| self.methods.get(&(scene, label)).copied();
         on(scene).or_else(|| on(""))
@@ -548,7 +551,7 @@ impl Frame<'_> {
     }
 }
 
-/// The cell of facts that stand in no list.
+/// Name of the cell for facts outside of lists.
 const SINGLE: &str = "facts";
 
 /// Longer texts are sentences, not names.
@@ -558,7 +561,7 @@ fn is_name(text: &str) -> bool {
     text.chars().count() <= MOST_LETTERS
 }
 
-/// What the rows of an object repeat.
+/// The columns that the rows of an object repeat.
 #[derive(Clone, Default)]
 struct Head {
     cell: String,
@@ -612,18 +615,20 @@ const UNITS: [(&str, &str); 30] = [
     ("_s", "s"),
 ];
 
-/// The unit that the last key of a metric names which names one: the parts of `phases_s` are times.
+/// The unit of a metric, from the last of its keys that names one: the parts of `phases_s` are
+/// times.
 fn unit_of(metric: &str) -> String {
     let of_key = |key: &str| {
-        // `cg_per_step` counts by step, and a plain `bytes` has no prefix.
+        // A plain `bytes` has no prefix, so no ending matches it.
         let unit = UNITS.iter().find(|(ending, _)| key.ends_with(ending)).map(|(_, unit)| *unit);
         unit.or((key == "bytes").then_some("byte"))
     };
     metric.rsplit('.').find_map(of_key).unwrap_or_default().to_owned()
 }
 
-/// Columns, and metrics of each table with their units: `name`, `kind`, `unit`, `meaning` and
-/// `table`, which is empty for a column of all tables.
+/// The data dictionary: a line for each column, and for each metric of each table. A line holds
+/// `name`, `kind`, `unit`, `meaning` and `table`; `table` is empty for columns, which all tables
+/// have.
 #[must_use]
 pub fn dictionary(tables: &[Table]) -> Vec<[String; 5]> {
     let columns = COLUMNS
@@ -633,7 +638,7 @@ pub fn dictionary(tables: &[Table]) -> Vec<[String; 5]> {
 }
 
 impl Table {
-    /// Lines of the dictionary: one a metric and unit.
+    /// Lines of the dictionary, one for each metric and unit.
     fn metrics(&self) -> Vec<[String; 5]> {
         let mut lists: BTreeMap<(String, &str), BTreeSet<&str>> = BTreeMap::new();
         for row in &self.rows {
@@ -648,7 +653,8 @@ impl Table {
         lines.collect()
     }
 
-    /// What a metric is. Where it is not the same in all lists of the record, each has its words.
+    /// The meaning of a metric. Where it differs between lists of the record, the text names each
+    /// list with its meaning.
     fn meaning(&self, schema: Option<&Value>, metric: &str, lists: &BTreeSet<&str>) -> String {
         let mut said: Vec<(String, Vec<&str>)> = Vec::new();
         for &list in lists {
@@ -687,8 +693,8 @@ fn schema(study: &str) -> Option<Value> {
     studies::find(study).ok().map(|study| study.schema().to_value())
 }
 
-/// The words of a schema for a metric in a list of a record. The schema is that of a pair: facts,
-/// and a row of timings.
+/// The description of a metric in a list of a record. The schema describes a pair: the facts, and a
+/// row of the timings.
 fn described(schema: &Value, part: Part, list: &str, metric: &str) -> Option<String> {
     let (of, places) = match part {
         Part::Timings => ("/prefixItems/1", vec![vec![]]),
@@ -705,8 +711,8 @@ fn described(schema: &Value, part: Part, list: &str, metric: &str) -> Option<Str
     (!lines.is_empty()).then(|| lines.join("; or: "))
 }
 
-/// Adds what a schema says of the field at the end of a path, in each of its forms; `said` is what
-/// it says of the field where the path begins.
+/// Adds the descriptions of the field at the end of a path, in each form of the schema. `said` is
+/// the description of the field at which the path begins.
 fn follow<'a>(
     root: &'a Value,
     schema: &'a Value,
@@ -724,7 +730,7 @@ fn follow<'a>(
     forms(root, schema, &mut all);
     for form in all {
         let field = form.get("properties").and_then(|fields| fields.get(key));
-        // What is said of a list or a map holds for its entries.
+        // The description of a list or a map holds for its entries.
         let entry = if *key == "#" { "items" } else { "additionalProperties" };
         if let Some(field) = field {
             let said = field.get("description").and_then(Value::as_str).unwrap_or_default();
@@ -735,7 +741,7 @@ fn follow<'a>(
     }
 }
 
-/// A schema with all to which it refers, and all of which it admits one.
+/// Collects a schema, the schemas to which it refers, and its alternatives.
 fn forms<'a>(root: &'a Value, schema: &'a Value, all: &mut Vec<&'a Value>) {
     all.push(schema);
     let reference = schema.get("$ref").and_then(Value::as_str);
@@ -745,7 +751,8 @@ fn forms<'a>(root: &'a Value, schema: &'a Value, all: &mut Vec<&'a Value>) {
     target.into_iter().chain(alternatives).for_each(|form| forms(root, form, all));
 }
 
-/// A description; where it says that a field is as another one of the record, the words of that.
+/// A description. Where it refers to another field of the record, the description of that field
+/// takes the place of the reference.
 fn resolved(schema: &Value, words: &str) -> String {
     let other = words.strip_prefix("As in [`").or(words.strip_prefix("As [`"));
     let parts = other.and_then(|other| {
@@ -760,7 +767,7 @@ fn resolved(schema: &Value, words: &str) -> String {
     }
 }
 
-/// Longer descriptions end with their first sentence.
+/// Most characters of a description. A longer one is cut after its first sentence.
 const MOST_OF_MEANING: usize = 200;
 
 /// A description as an entry of a table.
@@ -773,7 +780,7 @@ fn line(words: &str) -> String {
     first.unwrap_or(&text).trim_end_matches('.').to_owned()
 }
 
-/// Metrics of the record in which programs outside drape are timed, whose types no study has.
+/// Metrics, with meanings, of the record that times programs outside drape: no study has its types.
 const PEERS: [(&str, &str); 15] = [
     ("allowed_m", "Greatest difference that the tolerance of the solvers explains, m"),
     ("case.side", "Particles along each edge"),
@@ -799,7 +806,7 @@ const PEERS: [(&str, &str); 15] = [
     ),
 ];
 
-/// What is said of a metric without a description.
+/// The meaning of a metric without a description.
 const UNDESCRIBED: &str =
     "number of this name in the record, whose key `method` says how it was measured";
 
@@ -882,7 +889,7 @@ mod tests {
         }
     }
 
-    /// Every number that the comparison of facts reads stands in the table, as often as there.
+    /// Every number that the comparison of facts reads stands in the table, equally often.
     #[test]
     fn every_comparable_number_of_every_committed_record_has_a_row() {
         let mut compared = 0;
@@ -1031,7 +1038,7 @@ mod tests {
         assert_eq!(row(&alone, "seconds")[2..8].join("|"), "soft|||||");
     }
 
-    /// The median of the samples is what the record calls so.
+    /// The median of the samples equals the median in the record.
     #[test]
     fn the_cost_of_every_committed_timing_is_its_median() {
         let mut seen = 0;

@@ -10,8 +10,8 @@ use std::path::Path;
 
 /// Relative tolerance for numbers that passed through a library's factorisation.
 const LIBRARY_TOLERANCE: f64 = 1e-9;
-/// Slopes between logarithms of small errors, and errors over a power of the step, magnify
-/// differences.
+/// Keys whose values magnify differences: slopes between logarithms of small errors, and errors
+/// over a power of the step.
 const MAGNIFIED: [&str; 2] = ["order", "error_constant"];
 const MAGNIFIED_TOLERANCE: f64 = 1e-6;
 /// Integers of such cells may differ with the machine; they are recorded, not compared.
@@ -31,7 +31,7 @@ const MACHINE_COUNTS: [&str; 13] = [
     "work_sweeps",
 ];
 
-/// Two ways to blow up. The last bit decides which of them a run takes.
+/// The two verdicts on a run that blows up. The last bit decides which of them it gets.
 const BLOWN_UP: [&str; 2] = ["unstable", "diverged"];
 
 /// A fact that no longer holds.
@@ -44,9 +44,9 @@ pub struct Difference {
     pub cell: String,
     /// Which value.
     pub key: String,
-    /// What was computed now.
+    /// The value that was computed now.
     pub fresh: String,
-    /// What is committed.
+    /// The value that is committed.
     pub committed: String,
 }
 
@@ -120,9 +120,10 @@ pub(crate) fn compare<F: DeserializeOwned>(
     Ok((fresh.len(), differences))
 }
 
-/// Compares every fact of the records below `fresh` (which may be the quick subset) with the same
-/// fact below `committed`: exactly where the fact is portable, within 1e-9 where a library's
-/// factorisation took part. Returns the number of facts compared and those that differ.
+/// Compares every fact of the records below `fresh` with the same fact below `committed`; `fresh`
+/// may hold the quick subset. A portable fact must be equal. A fact in which a library's
+/// factorisation took part must agree within 1e-9. Returns the number of facts compared and those
+/// that differ.
 ///
 /// # Errors
 /// [`HarnessError::Record`] when a record is missing or unreadable.

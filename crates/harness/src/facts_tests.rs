@@ -1,4 +1,4 @@
-//! Which differences count.
+//! Tests which differences between records count.
 
 use super::*;
 use crate::studies::momentum::facts as momentum;

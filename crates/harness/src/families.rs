@@ -7,9 +7,9 @@ use drape_report::plot::Look;
 
 /// How the label of a form that controls its step ends.
 const ADAPTIVE: &str = ", adaptive";
-/// The adaptive method of a library, beside which the methods are compared.
+/// The adaptive method of a library with which the methods are compared.
 const LIBRARY: &str = "dop853";
-/// Place of a method that the registry does not have.
+/// Place of a method outside the registry.
 const UNKNOWN: usize = 46;
 
 fn kin(method: &str, label: &str) -> Kin {
@@ -21,30 +21,30 @@ fn kin(method: &str, label: &str) -> Kin {
     }
 }
 
-/// The place of a method in the registry, by an id with or without settings or by the label of a
-/// form. Methods of users come behind ours.
+/// The place of a method in the registry, by its id, with or without settings, or by the label of a
+/// form. Users' methods come after the registry.
 fn place(name: &str) -> usize {
     let id = name.split([':', ',', ' ']).next().unwrap_or(name);
     let place = methods::all().position(|method| method.id == id);
     place.unwrap_or(if id == LIBRARY { UNKNOWN + 1 } else { UNKNOWN })
 }
 
-/// The look of forms, in the order given: colour and marker are those of their methods in all
-/// figures, dashes tell the forms of a method apart.
+/// The looks of forms, in the order given. A method has one colour and marker in all figures;
+/// dashes tell its forms apart.
 pub(crate) fn looks(labels: &[&str]) -> Vec<Look> {
     let places: Vec<usize> = labels.iter().map(|label| place(label)).collect();
     let form = |n: usize| places[..n].iter().filter(|place| **place == places[n]).count();
     (0..labels.len()).map(|n| Look::of_method(places[n], form(n))).collect()
 }
 
-/// The look of a form among forms of which some may be of one method.
+/// The look of a form among others, some of which may belong to the same method.
 pub(crate) fn look_among(label: &str, known: &[&str]) -> Look {
     let place = known.iter().position(|other| *other == label);
     place.map_or_else(|| looks(&[label])[0], |place| looks(known)[place])
 }
 
-/// Sorts labels into families; `rows` are the methods (id, with or without settings) and labels of
-/// a record's rows.
+/// Sorts the rows of a record into families. Each row is a method, by its id with or without
+/// settings, and a label.
 pub(crate) fn families<'a>(rows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Family<'a>> {
     let of = |(method, label)| (kin(method, label), place(method), label);
     drape_report::family::families(rows.map(of))

@@ -1,4 +1,4 @@
-//! What a scene is, and what each method would do with it, before anything runs.
+//! Describes a scene, and predicts what each method would do with it, without a run.
 
 use crate::methods::{self, Choice};
 use crate::motion::{LOCKED, Lever, Unforeseen, implicit_springs, size};
@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 
 /// The value of `format`.
 pub const INSPECTION_FORMAT: &str = "drape-inspection/1";
-/// Steps for which verdicts are predicted, s: one frame of a film at 60 Hz, and the paper's.
+/// Steps for which verdicts are predicted, s: one frame of a film at 60 Hz, and the paper's step.
 pub const STEPS_S: [f64; 2] = [1.0 / 60.0, 0.01];
-/// Time over which motion is expected, s.
+/// Time span of the motion that is predicted, s.
 const SPAN: f64 = 1.0;
 /// Products of the power iteration for the stiffest mode.
 const PRODUCTS: usize = 100;
@@ -44,7 +44,7 @@ pub struct Inspection {
     pub boundaries: usize,
     /// Groups of particles that springs, angles or triangles connect.
     pub groups: usize,
-    /// Of them, groups without a pin.
+    /// Number of these groups that have no pin.
     pub free_groups: usize,
     /// Extent along x, y and z, m.
     pub size_m: [f64; 3],
@@ -52,17 +52,17 @@ pub struct Inspection {
     pub mass_kg: f64,
     /// Area of all triangles, m².
     pub area_m2: f64,
-    /// Mass over area; `null` without triangles.
+    /// Mass over area, kg/m²; `null` without triangles.
     pub areal_density_kg_m2: Option<f64>,
     /// Least and greatest length of a spring at rest, m; `null` without springs.
     pub rest_length_m: Option<[f64; 2]>,
     /// Least and greatest stiffness of a spring over the mass of its lighter end, 1/s².
     pub stiffness_over_mass_per_s2: Option<[f64; 2]>,
-    /// Largest eigenvalue of the stiffness over the mass at the start, 1/s², from below.
+    /// Largest eigenvalue of the stiffness over the mass at the start, 1/s², approached from below.
     pub largest_eigenvalue_per_s2: f64,
     /// Longest stable step by method id, s, of the methods that take their springs at the old level.
     pub explicit_limits_s: BTreeMap<String, f64>,
-    /// Why theory expects nothing about locking; `null` where it does.
+    /// Why theory predicts nothing about locking; `null` where it does.
     pub motion_unforeseen: Option<String>,
     /// Numbers that look like a mistake of units.
     pub doubts: Vec<String>,
@@ -77,7 +77,7 @@ pub struct MethodForecast {
     pub id: &'static str,
     /// Why it refuses the scene; `null` where it supports it.
     pub refusal: Option<String>,
-    /// At each of [`STEPS_S`]; empty where it refuses the scene.
+    /// The predictions at each of [`STEPS_S`]; empty where the method refuses the scene.
     pub steps: Vec<Forecast>,
 }
 
@@ -90,7 +90,7 @@ pub struct Forecast {
     pub theta: f64,
     /// The verdict.
     pub verdict: Foreseen,
-    /// Share of the motion that it keeps; `null` where theory expects nothing.
+    /// Share of the motion that it keeps; `null` where theory predicts nothing.
     pub share: Option<f64>,
     /// Why, in a sentence.
     pub reason: String,
@@ -100,13 +100,13 @@ pub struct Forecast {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Foreseen {
-    /// No mode grows, and the cloth moves as far as theory knows.
+    /// No mode grows, and theory has no sign that the cloth stands still.
     Stable,
     /// It keeps less than half of the motion.
     Locked,
     /// A mode grows.
     Unstable,
-    /// Between what is surely stable and what is surely not.
+    /// The bounds of theory decide neither for stable nor for unstable.
     Unclear,
 }
 
@@ -122,10 +122,10 @@ impl Foreseen {
     }
 }
 
-/// Looks at a system.
+/// Describes a system and predicts what each method would do with it.
 ///
 /// # Errors
-/// The first value of the system that is refused.
+/// [`Violation`] for the first value of the system that is refused.
 pub fn inspect(spec: &SystemSpec) -> Result<Inspection, Violation> {
     let (system, state) = spec.build()?;
     let simulation = Simulation { system, state };
@@ -248,8 +248,8 @@ fn count_groups(spec: &SystemSpec) -> (usize, usize) {
     (held.len(), held.iter().filter(|held| !**held).count())
 }
 
-/// The connected parts of the boundary, in the order of their first particles, by which pins select
-/// them.
+/// The connected parts of the boundary, as lists of particles. They stand in the order of their
+/// first particles, and pins select them by their place in this order.
 pub fn boundaries(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
     for [a, b, c] in triangles {
@@ -276,7 +276,7 @@ pub fn boundaries(triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
 /// A scene with the numbers that all methods share.
 struct Stage<'a> {
     simulation: &'a Simulation,
-    /// Of the stiffness over the mass at the start, from below, 1/s².
+    /// Largest eigenvalue of the stiffness over the mass at the start, from below, 1/s².
     eigenvalue: f64,
     /// Bounds of the stiffness and damping over the mass from above, 1/s² and 1/s.
     bounds: (f64, f64),
@@ -302,7 +302,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// The limit of what a method takes at the old level.
+    /// The longest stable step for the springs that a method takes at the old level, s.
     fn limit(&self, choice: &Choice) -> f64 {
         let (method, settings) = (choice.method(), choice.settings());
         let is_explicit = |effect: &dyn Effect| method.is_explicit(effect, settings);
@@ -310,8 +310,8 @@ impl<'a> Stage<'a> {
         ExplicitNumbers::new(system, state, &is_explicit).limit()
     }
 
-    /// The longest stable step of a method by its closed form on the stiffest mode with all the
-    /// damping, at most `most`, s.
+    /// The longest stable step of a method, s, at most `most`. It comes from the closed form on the
+    /// stiffest mode with all the damping.
     fn closed_limit(&self, choice: &Choice, most: f64) -> f64 {
         let Some(limit) = form_of(choice.method().id).and_then(|form| form.limit) else {
             return most;
@@ -392,7 +392,7 @@ impl<'a> Stage<'a> {
             return told(Foreseen::Stable, None, "within its limit".to_owned());
         }
         match self.lever(implicit_springs(choice)) {
-            // Why nothing is foreseen is a line of its own, as far as it concerns all springs.
+            // A reason that concerns all springs has a line of its own in the inspection.
             Err(reason) if self.levers[0].err() == Some(reason) => {
                 told(Foreseen::Stable, None, "no mode of the springs grows".to_owned())
             }
@@ -417,13 +417,13 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Whether a method divides each step as stiffness wants.
+/// Whether a method divides each step as the stiffness requires.
 fn divides(choice: &Choice) -> bool {
     let settings: &Settings = choice.settings();
     choice.theory().divides && settings.get("step").is_some_and(|step| step != "fixed")
 }
 
-/// Numbers that no cloth has, with the likely cause.
+/// Numbers that are wrong for any cloth, each with its likely cause.
 fn doubts(inspection: &Inspection, spec: &SystemSpec) -> Vec<String> {
     let mut doubts = Vec::new();
     let extent = size(&spec.particles.position_m.iter().map(|&x| x.into()).collect::<Vec<_>>());

@@ -1,15 +1,15 @@
-//! What an interrupted run has finished.
+//! The journal of a run, from which an interrupted run goes on.
 //!
 //! While an experiment runs, each finished cell becomes a line of a file under `.unfinished/` in
-//! the folder of the results, written by one call as soon as the cell is done. A run that is killed
-//! leaves complete lines and at most one torn line. Each line begins with a checksum; a line that
-//! was torn or changed is dropped, and its cell is computed again. Only the same program takes the
-//! file up: its first line carries the SHA-256 of the executable. The last line names the files
-//! that the experiment wrote, each with its SHA-256. Where one of them is missing or another, the
-//! experiment writes its files again, from the cells in the journal.
+//! the folder of the results. One call writes the line as soon as the cell is done. A run that is
+//! killed leaves complete lines and at most one torn line. Each line begins with a checksum. A line
+//! that was torn or changed is dropped, and its cell is computed again. The first line carries the
+//! SHA-256 of the executable, and only the same program goes on from the file. The last line names
+//! the files that the experiment wrote, each with its SHA-256. Where such a file is missing or has
+//! changed, the experiment writes its files again from the cells in the journal.
 //!
-//! A process may compute only a [`Shard`] of the cells. Then the journal is all that it writes, and
-//! its last line tells that the shard is done. [`Unfinished::join`] joins the journals of such
+//! A process may compute only a [`Shard`] of the cells. Then it writes nothing but the journal,
+//! whose last line says that the shard is done. [`Unfinished::join`] joins the journals of such
 //! parts.
 
 mod join;
@@ -43,7 +43,7 @@ struct Head {
     program: String,
     /// Whether only the quick subset is computed.
     quick: bool,
-    /// Methods that were added to ours, or chosen among them.
+    /// Methods that the user added to the registry, or chose from it.
     methods: Vec<String>,
 }
 
@@ -59,10 +59,10 @@ enum Line<'a, R> {
         is_timed: bool,
         result: R,
     },
-    /// All cells of a shard are there.
+    /// The journal holds all cells of a shard.
     Shard {
         shard: String,
-        /// How many cells the journal had then.
+        /// Number of cells in the journal at that moment.
         cells: usize,
     },
     /// All records of the experiment were written.
@@ -72,8 +72,8 @@ enum Line<'a, R> {
     },
 }
 
-/// A line as it stands in a journal: a checksum, a space, JSON. `salt` is the JSON of the first
-/// line, so that a line counts in its own journal alone.
+/// A line as it stands in a journal: a checksum, a space, and JSON. The checksum includes `salt`,
+/// the JSON of the first line, so that a line counts in its own journal alone.
 fn sealed(salt: &[u8], json: &[u8]) -> Vec<u8> {
     let mut line = checksum(salt, json).into_bytes();
     line.push(b' ');
@@ -82,7 +82,7 @@ fn sealed(salt: &[u8], json: &[u8]) -> Vec<u8> {
     line
 }
 
-/// The JSON of a line, if it is as it was written.
+/// The JSON of a line; `None` if the line was changed since it was written.
 fn unsealed<'a>(salt: &[u8], line: &'a [u8]) -> Option<&'a [u8]> {
     let line = line.strip_suffix(b"\n")?;
     let space = line.iter().position(|&byte| byte == b' ')?;
@@ -94,14 +94,15 @@ fn checksum(salt: &[u8], json: &[u8]) -> String {
     sha256(&[salt, b"\n", json].concat())
 }
 
-/// The unfinished work in a folder of results. While it exists no other process works there.
+/// The unfinished work in a folder of results. While this value exists, no other process works in
+/// the folder.
 #[derive(Debug)]
 pub struct Unfinished {
-    /// Of the results.
+    /// Folder of the results.
     out: PathBuf,
     folder: PathBuf,
     program: String,
-    // Locked until it is dropped, also by a process that is killed.
+    // The lock holds until the file is closed, and so ends also with a process that is killed.
     _lock: File,
 }
 
@@ -119,17 +120,17 @@ fn remove(path: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Most files that are locked in vain because another process removed them.
+/// Most attempts to lock a file that another process removes at the same time.
 const MOST_TRIES: usize = 1000;
 
-/// Opens the file at `path` and locks it; `None` while another process holds the lock. Makes the
-/// folder.
+/// Opens the file at `path` and locks it; `None` while another process holds the lock. Creates the
+/// folder where it is missing.
 fn lock(path: &Path) -> std::io::Result<Option<File>> {
     for _ in 0..MOST_TRIES {
         path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
         let lock = match File::create(path) {
             Ok(lock) => lock,
-            // Another process left and took the folder along.
+            // Another process left and removed the folder.
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
             Err(error) => return Err(error),
         };
@@ -147,7 +148,7 @@ fn lock(path: &Path) -> std::io::Result<Option<File>> {
     Err(std::io::Error::other(format!("it was removed {MOST_TRIES} times before it was locked")))
 }
 
-/// Whether a file still stands at a path.
+/// Whether an open file is still the one at a path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> std::io::Result<bool> {
     use std::os::unix::fs::MetadataExt as _;
@@ -159,7 +160,7 @@ fn is_at(file: &File, path: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// Where a file that is open cannot be removed, it stands where it stood.
+/// On such a system an open file cannot be removed, so it is still at its path.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> std::io::Result<bool> {
     Ok(true)
@@ -197,8 +198,8 @@ impl Unfinished {
         Ok(unfinished)
     }
 
-    /// The journal of an experiment. It is that of the interrupted run if this program made it for
-    /// the same cells.
+    /// The journal of an experiment. If this program wrote one for the same cells in an interrupted
+    /// run, the journal goes on from there.
     ///
     /// # Errors
     /// [`HarnessError::Record`] when the file cannot be read or written.
@@ -236,7 +237,7 @@ impl Unfinished {
         if rest.iter().any(|path| path.extension().is_some_and(|e| e == EXTENSION)) {
             return Ok(());
         }
-        // Temporary files, and journals in the format of an older version.
+        // The rest are temporary files, and journals in the format of an older version.
         for path in rest {
             remove(&path).map_err(io(&path, "write"))?;
         }
@@ -251,7 +252,7 @@ impl Unfinished {
         }
     }
 
-    /// What lies beside the lock.
+    /// The files beside the lock.
     fn rest(&self) -> Result<Vec<PathBuf>, HarnessError> {
         let entries = std::fs::read_dir(&self.folder).map_err(io(&self.folder, "read"))?;
         let paths = entries.flatten().map(|entry| entry.path());
@@ -276,11 +277,11 @@ enum Scope {
 pub struct Journal {
     experiment: String,
     scope: Scope,
-    /// What the process may not compute and the journal does not hold.
+    /// Cells that the journal does not hold and this process may not compute.
     missing: Mutex<Vec<Missing>>,
-    /// When no cell of a long study is computed any more.
+    /// The moment after which no cell of a long study is computed.
     until: Option<Instant>,
-    /// Shards that are done, each with the number of cells that the journal had then.
+    /// Shards that are done, each with the number of cells in the journal at that moment.
     shards: Vec<(String, usize)>,
     done: HashMap<(String, usize), Value>,
     /// The files that the experiment wrote, if it ended.
@@ -296,7 +297,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Keeps nothing.
+    /// A journal without a file, which keeps nothing.
     pub fn none() -> Self {
         Self::default()
     }
@@ -340,8 +341,7 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Whether the interrupted run had written all records of the experiment, and they are still
-    /// there as it wrote them.
+    /// Whether the interrupted run had written all files of the experiment, and they are unchanged.
     pub fn is_finished(&self) -> bool {
         let is_there = |(name, sum): (&PathBuf, &String)| {
             std::fs::read(self.out.join(name)).is_ok_and(|bytes| sha256(&bytes) == *sum)
@@ -349,8 +349,8 @@ impl Journal {
         self.written.as_ref().is_some_and(|files| files.iter().all(is_there))
     }
 
-    /// Whether the interrupted run had written all records of the experiment, whatever became of
-    /// them.
+    /// Whether the interrupted run had written all records of the experiment, even if they were
+    /// changed or removed since then.
     pub fn was_finished(&self) -> bool {
         self.written.is_some()
     }
@@ -360,18 +360,18 @@ impl Journal {
         self.done.len()
     }
 
-    /// Number of lines that were changed since they were written, and are ignored.
+    /// Number of lines that are ignored because they were changed since they were written.
     pub fn dropped(&self) -> usize {
         self.dropped
     }
 
-    /// Computes only the cells of a shard.
+    /// The same journal for a process that computes only the cells of a shard.
     #[must_use]
     pub fn for_shard(self, shard: Shard) -> Self {
         Self { scope: Scope::Shard(shard), ..self }
     }
 
-    /// Computes no cell of a long study after that time.
+    /// The same journal for a process that computes no cell of a long study after `until`.
     #[must_use]
     pub fn until(self, until: Option<Instant>) -> Self {
         Self { until, ..self }
@@ -387,12 +387,12 @@ impl Journal {
         self.until.is_some_and(|until| Instant::now() >= until)
     }
 
-    /// Whether the process may compute all cells: what is missing then had no time.
+    /// Whether the process may compute all cells. Then a cell is missing only for lack of time.
     pub(crate) fn is_alone(&self) -> bool {
         self.scope == Scope::All
     }
 
-    /// Computes no cell.
+    /// The same journal for a process that computes no cell.
     #[must_use]
     pub fn for_reading(self) -> Self {
         Self { scope: Scope::Nothing, ..self }
@@ -403,13 +403,13 @@ impl Journal {
         matches!(self.scope, Scope::Shard(_))
     }
 
-    /// Whether all cells of the shard are there.
+    /// Whether the journal holds all cells of the shard.
     pub fn has_shard(&self, shard: Shard) -> bool {
         let name = shard.to_string();
         self.shards.iter().any(|(shard, cells)| *shard == name && self.done.len() >= *cells)
     }
 
-    /// Notes that all cells of the shard are there.
+    /// Notes that the journal holds all cells of the shard.
     ///
     /// # Errors
     /// [`HarnessError::Record`] when the journal cannot be written.
@@ -420,7 +420,7 @@ impl Journal {
         self.append(&line)
     }
 
-    /// What this process may not compute and the journal does not hold.
+    /// The cells that the journal does not hold and this process may not compute.
     pub fn missing(&self) -> Vec<Missing> {
         self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -430,7 +430,7 @@ impl Journal {
         self.missing.lock().unwrap_or_else(PoisonError::into_inner).push(missing);
     }
 
-    /// Whether the cell is there, or may be computed here.
+    /// Whether the journal holds the cell, or this process may compute it.
     pub(crate) fn takes(&self, part: &str, number: usize, is_timed: bool) -> bool {
         let is_own = match self.scope {
             Scope::All => true,
@@ -455,7 +455,7 @@ impl Journal {
         self.append(&line)
     }
 
-    /// The result of a cell: from the journal, else computed and kept there.
+    /// The result of a cell: from the journal, or else computed and then kept in the journal.
     pub(crate) fn cell<R: Serialize + DeserializeOwned>(
         &self,
         part: &str,
@@ -536,7 +536,7 @@ mod tests {
         assert_eq!((again.cells(), cells(&again)), (3, (first.0, 0)));
     }
 
-    /// Wherever a kill cuts the file, whole lines are kept, and the file is whole again afterwards.
+    /// A kill may cut the file at any byte: whole lines are kept, and the file is whole afterwards.
     #[test]
     fn a_torn_line_is_cut_off_and_its_cell_computed_again() {
         let folder = tempfile::tempdir().unwrap();
@@ -595,7 +595,7 @@ mod tests {
         assert!(!is_finished(), "the file was changed");
         std::fs::remove_file(&file).unwrap();
         assert!(!is_finished(), "the file was removed");
-        // Written again, its cells are not computed again, and the last word counts.
+        // Writing the files again computes no cell again, and the last such line counts.
         let again = enter().journal("a", false).unwrap();
         assert!(again.was_finished() && cells(&again).1 == 0);
         std::fs::write(&file, "14").unwrap();
@@ -603,7 +603,7 @@ mod tests {
         assert!(is_finished());
     }
 
-    /// Whatever byte of a journal changes, no cell takes the changed value.
+    /// No change of a single byte of a journal becomes the result of a cell.
     #[test]
     fn a_changed_byte_does_not_become_a_result() {
         let folder = tempfile::tempdir().unwrap();
@@ -641,8 +641,8 @@ mod tests {
         assert_eq!(Journal::open(&other, &head("b")).unwrap().cells(), 0);
     }
 
-    /// A file that is not valid UTF-8, a folder or a file in the place of another: `fresh` forgets
-    /// them.
+    /// With `fresh`, a file that is not valid UTF-8 does no harm, nor a folder in the place of a
+    /// file, nor a file in the place of a folder.
     #[test]
     fn fresh_works_whatever_lies_in_the_folder() {
         let folder = tempfile::tempdir().unwrap();
@@ -668,8 +668,8 @@ mod tests {
         }
     }
 
-    /// The owner of a lock removes its file when it leaves. A process that opened the file before
-    /// then locks nothing.
+    /// The owner of a lock removes the file when it leaves. A lock that another process then takes
+    /// on the removed file does not count.
     #[test]
     fn a_lock_on_a_removed_file_is_no_lock() {
         let folder = tempfile::tempdir().unwrap();
@@ -734,7 +734,7 @@ mod tests {
         assert!(!folder.path().join(FOLDER).exists());
     }
 
-    /// A number that JSON does not know is computed again rather than taken for something else.
+    /// A number that JSON cannot hold is computed again, not read back as another value.
     #[test]
     fn a_result_that_cannot_be_read_back_is_computed_again() {
         let folder = tempfile::tempdir().unwrap();

@@ -10,21 +10,21 @@ use drape_integrator::Supports;
 use drape_model::TimeSpan;
 use drape_report::number::trimmed;
 
-/// From this share of the motion on a run keeps it well.
+/// A run that keeps at least this share of the motion keeps it well.
 const WELL: f64 = 0.75;
 /// Below this measured share a cloth is locked, whatever theory says.
 const SURELY_LOCKED: f64 = 0.35;
 
-/// What theory says about the motion that a run keeps.
+/// The prediction of theory about the motion that a run keeps.
 #[derive(Clone, Copy, Debug)]
 pub enum Expected {
-    /// This share.
+    /// This share of the motion, computed from the lever.
     Share(Lever, f64),
     /// The method takes its springs at the old level, which slows no motion down.
     Explicit,
-    /// Nothing.
+    /// Nothing, for this reason.
     Nothing(&'static str),
-    /// Nothing, because of the scene.
+    /// Nothing, for this reason in the scene.
     Unforeseen(Unforeseen),
 }
 
@@ -38,12 +38,12 @@ pub fn percent(share: f64) -> String {
 }
 
 impl Expected {
-    /// What theory says about a run from the present state.
+    /// The prediction for a run from the present state.
     pub fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
         Self::by(|| simulation.lever(time.duration_s), choice, time)
     }
 
-    /// The same, with a [lever](Lever) that is asked for where the method has implicit springs.
+    /// The same, but computes the [lever](Lever) only where the method has implicit springs.
     pub(crate) fn by(
         lever: impl FnOnce() -> Result<Lever, Unforeseen>,
         choice: &Choice,
@@ -61,7 +61,7 @@ impl Expected {
         }
     }
 
-    /// The share of the motion, where theory tells one.
+    /// The share of the motion, where theory predicts one.
     pub fn share(&self) -> Option<f64> {
         match self {
             Self::Share(_, share) => Some(*share),
@@ -99,7 +99,7 @@ impl Expected {
         ))
     }
 
-    /// What theory adds to a reason.
+    /// The part of a reason that theory adds.
     fn told(&self) -> String {
         match self {
             Self::Share(_, share) => format!("theory expects {}", percent(*share)),
@@ -110,26 +110,26 @@ impl Expected {
     }
 }
 
-/// Greatest rise of the total energy over the greatest kinetic energy without a warning: for
+/// Greatest rise of the total energy, over the greatest kinetic energy, without a warning: for
 /// dissipative and for symplectic methods. Verdicts use the same limits.
 const RISE: [f64; 2] = [0.02, 0.5];
 
-/// From this ratio of masses on a stop test that adds up forces sees the heaviest particle alone.
+/// From this ratio of masses on, a stop test that adds up forces sees only the heaviest particle.
 const BLINDING: f64 = 1e3;
 
-/// What the energy warning needs to know about the start of a run.
+/// The numbers about the start of a run that the energy warning needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
     /// A rise of the energy up to this is round-off, J.
     round_off: f64,
-    /// Particles inside an obstacle.
+    /// Number of particles inside an obstacle.
     inside: usize,
     /// Mass of the heaviest free particle over that of the lightest.
     mass_ratio: f64,
 }
 
 impl Start {
-    /// At the start of a simulation.
+    /// The numbers at the start of a simulation.
     pub fn of(simulation: &OrderedSimulation) -> Self {
         Self {
             round_off: simulation.energy_round_off(),
@@ -151,7 +151,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// Of a recorded series; `None` where it is empty.
+    /// The extremes of a recorded series; `None` where it is empty.
     pub fn of(series: &[Sample]) -> Option<Self> {
         let of = |sample: &Sample, name: &str| sample.energy_j.get(name).copied().unwrap_or(0.0);
         let greatest = |name: &str| series.iter().map(|s| of(s, name)).fold(0.0, f64::max);
@@ -161,7 +161,8 @@ impl Extremes {
     }
 }
 
-/// What a run that did not diverge gained beside the work that came in, if anything drives it.
+/// A warning where a run that did not diverge gained energy; `None` where it gained none. Where
+/// pins, obstacles or wind do work, `balance` subtracts that work.
 pub fn energy_gain(
     Extremes { start, top, kinetic }: Extremes,
     choice: &Choice,
@@ -207,13 +208,13 @@ pub fn energy_gain(
 pub struct Judge {
     expected: Expected,
     start: Start,
-    /// Wind, moving pins and moving obstacles do work on the cloth.
+    /// The work of wind, moving pins and moving obstacles; `None` where nothing does work.
     balance: Option<WorkBalance>,
     check: MotionCheck,
 }
 
 impl Judge {
-    /// At the start of a run of `time`.
+    /// Starts to watch a run over `time`, from its start.
     pub fn of(simulation: &OrderedSimulation, choice: &Choice, time: TimeSpan) -> Self {
         let (whole, rest) = time.steps();
         Self {
@@ -224,18 +225,18 @@ impl Judge {
         }
     }
 
-    /// What theory says about the motion.
+    /// The prediction of theory about the motion.
     pub fn expected(&self) -> &Expected {
         &self.expected
     }
 
-    /// Whether something does work on the cloth. Then the run needs the
+    /// Whether pins, obstacles or wind do work on the cloth. Then the run needs the
     /// [ledger](crate::Runner::ledger) of its steps.
     pub fn is_driven(&self) -> bool {
         self.balance.is_some()
     }
 
-    /// Sees the end of a step.
+    /// Looks at the end of a step.
     pub fn look(&mut self, moment: &Moment<'_>) {
         if let Some(balance) = &mut self.balance {
             balance.look(moment);
@@ -243,7 +244,7 @@ impl Judge {
         self.check.look(moment);
     }
 
-    /// What a run that recorded its series gained, in a sentence; `None` where it gained nothing.
+    /// A warning where a run that recorded its series gained energy; `None` where it gained none.
     pub fn gain(
         &self,
         simulation: &OrderedSimulation,
@@ -269,9 +270,9 @@ impl Judge {
     }
 }
 
-/// The verdict on a run. `gain` is what it gained; `is_judged` whether a gain would have been seen;
-/// `kept` what it kept of its motion, unless it diverged, and of its
-/// [spin](MotionCheck::spin_share).
+/// The verdict on a run. `gain` is the warning about a gain of energy, and `is_judged` says whether
+/// a gain would have been seen. `kept` is the share of the motion that the run kept, unless it
+/// diverged; `spin_share` is its share of the [spin](MotionCheck::spin_share).
 pub fn judge(
     outcome: &Outcome,
     gain: Option<&str>,
@@ -306,7 +307,7 @@ pub fn judge(
     Judgement { kind, share, expected_share: expected.share(), spin_share, reason }
 }
 
-/// A verdict with what is left of the spin of a free cloth.
+/// The verdict, with the share of the spin that a free cloth kept.
 fn spun((kind, reason): (Judged, String), spin_share: Option<f64>) -> (Judged, String) {
     let Some(share) = spin_share else { return (kind, reason) };
     let left = percent(share.max(0.0));
@@ -321,7 +322,7 @@ fn spun((kind, reason): (Judged, String), spin_share: Option<f64>) -> (Judged, S
     }
 }
 
-/// Whether a run that gained no energy is locked. Where the check cannot say, theory does.
+/// Whether a run that gained no energy is locked. Where the check cannot decide, theory does.
 pub(crate) fn is_locked(kept: Kept, expected: impl FnOnce() -> Expected) -> bool {
     match kept {
         Kept::Share { share, .. } if share >= LOCKED => false,

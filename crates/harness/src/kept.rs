@@ -1,24 +1,27 @@
-//! How much of the motion a run kept, measured beside a reference and without any theory.
+//! How much of the motion a run kept, measured with a reference and without any theory.
 //!
-//! The run is looked at in up to three *windows* of a few steps each: at its start, after a third
-//! and after two thirds. Afterwards symplectic Euler, at less than half of its stability limit,
-//! moves the cloth again from the state at the beginning of each window. In a window of length `τ`
+//! The check looks at up to three *windows* of a few steps each: at the start of the run, after a
+//! third and after two thirds. After the run, symplectic Euler at less than half of its stability
+//! limit moves the cloth again from the state at the beginning of each window. In a window of
+//! length `τ`
 //!
 //! ```text
 //! d = x(t + τ) − x(t) − τ v(t)        share = Σ m d_run·d_ref / Σ m d_ref·d_ref
 //! ```
 //!
-//! over the free particles and all windows. `d` is what the forces did to the motion. A locked run
-//! has terminal speed, `d_run ≈ 0`, but its cloth is not in balance, `d_ref ≈ ½ a τ²`. Fast
-//! vibrations, which implicit methods damp, hardly show in `d`: it integrates forces twice.
+//! where the sums run over the free particles and all windows. `d` is the effect of the forces on
+//! the motion. A locked run moves at its terminal speed, so `d_run ≈ 0`. But its cloth is not in
+//! balance: `d_ref ≈ ½ a τ²`. Fast vibrations, which implicit methods damp, hardly show in `d`,
+//! because `d` integrates the forces twice.
 //!
-//! A window counts where the reference moves: `d_ref` is at least a tenth of what gravity and air
-//! do to free particles, and a hundredth of the way `τ v`. A cloth at rest has no such window.
+//! A window counts where the reference moves: `d_ref` is at least a tenth of the way that gravity
+//! and air give free particles, and at least a hundredth of the way `τ v`. A cloth at rest has no
+//! such window.
 //!
 //! **Cost.** The references take at most 5 % of the counted effort of the run, or 10⁷
 //! visits of a spring (some hundredths of a second) if that is more. Where three windows of eight
-//! steps do not fit, one window or shorter windows of two steps are taken; else the share is
-//! unknown.
+//! steps do not fit, the check takes fewer windows or shorter ones of two steps. Where these do not
+//! fit either, the share is unknown.
 
 use crate::methods::Choice;
 use crate::motion::{loads, size};
@@ -32,16 +35,16 @@ use drape_model::{Effect, State, System, TimeSpan, Vec3};
 /// Steps of a window.
 const LONG: u64 = 8;
 const SHORT: u64 = 2;
-/// Windows of a run, and of one with more than [`MANY`] particles, which would take much memory.
+/// Number of windows of a run. A run with more than [`MANY`] particles has one, to save memory.
 const WINDOWS: u64 = 3;
 const MANY: usize = 50_000;
 /// Share of the run's counted effort that the references may take.
 const SHARE: f64 = 0.05;
-/// Visits of a spring that they may always take.
+/// Visits of a spring that the references may always take.
 const FLOOR: f64 = 1e7;
 /// Share of the stability limit at which the reference runs.
 const SAFETY: f64 = 0.4;
-/// A window counts from these shares of the free motion and of the way at constant speed on.
+/// A window counts from these shares on: of the free motion, and of the way at constant speed.
 const LEAST: (f64, f64) = (0.1, 0.01);
 /// Ways below this share of the size of the cloth are round-off.
 const ROUND_OFF: f64 = 1e-10;
@@ -62,11 +65,11 @@ pub enum Kept {
     },
     /// The cloth moves in no window.
     Still,
-    /// The reference cannot say.
+    /// The reference gives no answer.
     Unknown(Silent),
 }
 
-/// Why the reference cannot say.
+/// Why the reference gives no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Silent {
     /// The run has fewer steps than a window.
@@ -116,7 +119,7 @@ pub struct MotionCheck {
     spin_share: Option<f64>,
 }
 
-/// What a reference says about a window.
+/// The result of a reference in a window.
 enum Finding {
     /// `Σ m d_run·d_ref` and `Σ m d_ref·d_ref`.
     Moves(f64, f64),
@@ -125,7 +128,7 @@ enum Finding {
 }
 
 impl MotionCheck {
-    /// Begins at the start of a run of so many steps.
+    /// Starts to watch a run of so many steps, at its start.
     pub fn new(system: &System, state: &State, steps: u64) -> Self {
         let most = if state.len() > MANY { 1 } else { WINDOWS };
         let mut windows: Vec<Window> = Vec::new();
@@ -151,8 +154,8 @@ impl MotionCheck {
     }
 
     /// The share of its angular momentum about the centre of mass that a free, spinning cloth has
-    /// at the end; `None` where the cloth does not spin or a torque may act on it, and before the
-    /// end.
+    /// at the end. `None` before the end, and where the cloth does not spin or a torque may act on
+    /// it.
     pub fn spin_share(&self) -> Option<f64> {
         self.spin_share
     }
@@ -170,7 +173,8 @@ impl MotionCheck {
         }
     }
 
-    /// Runs the references of a run that took `effort` visits of a spring.
+    /// Runs the references and returns the share of the motion that the run kept. `effort` is the
+    /// number of visits of a spring that the run took.
     pub fn finish(&self, system: &System, effort: f64) -> Kept {
         let Ok(choice) = Choice::parse("symplectic-euler", &[]) else {
             return Kept::Unknown(Silent::Refused);
@@ -239,8 +243,8 @@ fn judge(findings: impl Iterator<Item = Finding>, steps: u64) -> Kept {
     }
 }
 
-/// A step with which symplectic Euler is stable at a state, s: below its limit by the springs, and
-/// by all other effects there.
+/// A step with which symplectic Euler is stable at a state, s. It is below the limit by the
+/// springs, and below the limit by all other effects at that state.
 fn step_limit(system: &System, state: &State) -> f64 {
     let (stiffness, damping) = gershgorin(system);
     let springs = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt()).max(1e-300);

@@ -26,7 +26,7 @@ fn share(scene: &str, method: &str, step_s: f64, duration_s: f64) -> f64 {
     }
 }
 
-/// The study `locking` measures on such a sheet that 0.67 of the path is left at a step of 0.2 ms.
+/// On such a sheet the study `locking` measures 0.67 of the path at a step of 0.2 ms.
 #[test]
 fn a_stiff_sheet_locks_under_imex_euler_at_long_steps_alone() {
     for scene in ["hanging-textile-1e6", "hanging-wool"] {
@@ -65,7 +65,7 @@ fn a_cloth_in_balance_moves_in_no_window() {
     assert_eq!(kept_of(&pair(0.0, false), "imex-euler", 0.01, 1.0), Kept::Still);
     let weight = 9.81 * 1e-3 / 1e3;
     assert_eq!(kept_of(&pair(weight, true), "imex-euler", 0.01, 1.0), Kept::Still);
-    // The jerk at the start is a vibration of 10 µm, no motion.
+    // The jerk at the start is a vibration of 10 µm, which does not count as a motion.
     assert_eq!(kept_of(&pair(0.0, true), "imex-euler", 0.01, 1.0), Kept::Still);
 }
 

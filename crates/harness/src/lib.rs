@@ -1,7 +1,7 @@
-//! Runs: one method on one scene, verdicts on the result, and the experiments that compare methods.
+//! Runs one method on one scene, judges the result, and holds the studies that compare methods.
 //!
-//! Only this crate knows the crate of every method ([`methods`]). A study writes its record and
-//! draws it from the facts alone ([`studies`]).
+//! Only this crate depends on the crate of every method ([`methods`]). A study writes its record,
+//! and draws its figures from the facts in the record alone ([`studies`]).
 
 pub mod auto;
 mod bounds;

@@ -1,20 +1,20 @@
-//! How much of a cloth's motion a method keeps, by theory, before it runs.
+//! Predicts how much of a cloth's motion a method keeps, before it runs.
 //!
 //! Springs at their rest length do not resist a motion across them. A method whose matrix holds the
-//! whole Laplacian `L_k` of its springs resists it all the same: its sheets fall like sheets in
-//! honey, at the terminal speed `v = a u/h` with `L_k u = M 1` (the law of the study `locking`).
-//! The mean of `u` over the free particles, the *lever*, makes one spring of the sheet: `k/m =
-//! 1/u`, loaded across itself. The method itself, in the settings of the user, moves this spring
-//! with the step of the user. The way of its free end over that of a free fall is the share of
-//! motion that theory expects.
+//! whole Laplacian `L_k` of its springs resists it all the same. Its sheets fall at the terminal
+//! speed `v = a u/h`, where `L_k u = M 1` (the law of the study `locking`). The *lever* is the mean
+//! of `u`, weighted by mass, over the particles that hang on a pin by springs. It replaces the
+//! sheet by one spring with `k/m = 1/u` that is loaded across itself. The method moves this spring,
+//! with the settings and the step of the user. The predicted share of motion is the way of the
+//! spring's free end over the way of a free fall.
 //!
 //! | symbol | meaning |
 //! |---|---|
 //! | `a` | acceleration by effects that are no springs or angles, such as gravity and wind, m/s² |
-//! | `T` | `√(2 L/a)`, in which a free fall crosses the size `L` of the cloth; at most the run |
+//! | `T` | time `√(2 L/a)` of a free fall over the cloth's size `L`, at most that of the run |
 //! | `φ` | share of a free motion that the springs allow, from `(M + (T/2)² K) w = M a` |
 //!
-//! Where `φ` is below a tenth the springs hold the load, and nothing is expected.
+//! Where `φ` is below a tenth, the springs hold the load, and theory predicts nothing.
 
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
@@ -26,26 +26,26 @@ use drape_oracle::scenes::{particles, pin, spring};
 pub const LOCKED: f64 = 0.5;
 /// Most visits of a spring that the two linear systems may take.
 const WORK: f64 = 1e7;
-/// Relative residuals at which they are solved.
+/// Relative residuals to which the two systems are solved.
 const LEVER_TOLERANCE: f64 = 1e-4;
 const HOLD_TOLERANCE: f64 = 1e-2;
-/// The springs hold the load where they allow less than this share of a free motion.
+/// Springs that allow less than this share of a free motion hold the load.
 const HELD: f64 = 0.1;
-/// Pins decide about the motion where they hold pieces with at least this share of the mass.
+/// A prediction needs pins that hold at least this share of the free mass.
 const MOST: f64 = 0.5;
 /// Most steps of the single spring.
 const STEPS: u64 = 1000;
-/// Deflection of the single spring at the end of a free fall, in its lengths, and the lever (s²)
-/// from which on it is smaller, so that its own pull stays small beside the load.
+/// Deflection of the single spring at the end of a free fall, in its lengths, and a lever, s². For
+/// greater levers the deflection is smaller, so that the spring's pull stays small beside the load.
 const DEFLECTION: f64 = 1e-4;
 const SHORT_LEVER: f64 = 1e-8;
 
-/// Why nothing is expected.
+/// Why theory predicts nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unforeseen {
-    /// No spring moves.
+    /// The method takes no spring with a free end into its matrix.
     NoSprings,
-    /// Most of the cloth hangs on no pin.
+    /// More than half of the mass hangs on no pin.
     Free,
     /// Nothing but springs accelerates the cloth at the start.
     NoLoad,
@@ -67,7 +67,7 @@ impl std::fmt::Display for Unforeseen {
     }
 }
 
-/// What of a scene decides how much motion a method keeps.
+/// The numbers of a scene that decide how much motion a method keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lever {
     /// Mean of `u`, s²: a sheet falls like one spring with `k/m = 1/u`.
@@ -183,7 +183,7 @@ impl Lever {
     /// the springs of `implicit` into its matrix.
     ///
     /// # Errors
-    /// Why there is none.
+    /// [`Unforeseen`], the reason why theory predicts nothing.
     pub fn of(
         system: &System,
         state: &State,
@@ -214,7 +214,7 @@ impl Lever {
         let size = size(&state.x);
         let time = (2.0 * size / square.sqrt()).sqrt().min(duration);
         let most = (WORK / (links.len() + 4 * system.len()) as f64) as usize;
-        // Scaled by √m, so that unequal masses do not slow the iteration down.
+        // The systems are scaled by √m, so that unequal masses do not slow the iteration down.
         let roots: Vec<f64> =
             (0..mass.len()).map(|i| if hanging[i] { mass[i].sqrt() } else { 0.0 }).collect();
         let scaled =
@@ -282,8 +282,8 @@ impl Lever {
         is_sound.then(|| (fallen.max(0.0) / self.freedom).min(1.0))
     }
 
-    /// The longest step below `h` of the form 1, 2 or 5 times a power of ten with which the method
-    /// keeps half of the motion, s; `None` if there is none above a thousandth of `h`.
+    /// The longest step below `h` with which the method keeps half of the motion, s. The step is 1,
+    /// 2 or 5 times a power of ten. `None` if no such step above a thousandth of `h` keeps it.
     pub fn step_that_keeps_half(&self, choice: &Choice, h: f64) -> Option<f64> {
         let keeps = |h: &f64| self.share(choice, *h).is_some_and(|share| share >= LOCKED);
         round_steps(h).take_while(|step| *step >= 1e-3 * h).find(keeps)
@@ -295,7 +295,7 @@ fn round_steps(h: f64) -> impl Iterator<Item = f64> {
     let decade = h.log10().floor() as i32;
     let steps = (0..).flat_map(move |down: i32| {
         [5.0, 2.0, 1.0].map(|digit: f64| {
-            // Parsed, so that it prints with one digit.
+            // A parsed number prints with one digit.
             format!("{digit}e{}", decade - down).parse::<f64>().unwrap_or(digit)
         })
     });
@@ -318,9 +318,9 @@ pub(crate) fn implicit_springs(choice: &Choice) -> Implicit {
     }
 }
 
-/// Methods that keep the motion of stiff sheets, best known first.
+/// Methods that keep the motion of stiff sheets, the best known first.
 const LIVELY: [&str; 3] = ["imex-updated", "baraff-witkin", "backward-euler"];
-/// A method is recommended if theory expects this share of the motion.
+/// A method is recommended if theory predicts at least this share of the motion.
 const KEEPS: f64 = 0.9;
 
 /// A method that supports a system and keeps its motion at a step of `h` seconds, by theory.
@@ -355,7 +355,7 @@ mod tests {
         lever.share(&Choice::parse(method, &[]).unwrap(), h).unwrap()
     }
 
-    /// What the study `locking` measures on this sheet for IMEX Euler.
+    /// The shares are near those that the study `locking` measures on this sheet for IMEX Euler.
     #[test]
     fn the_share_is_near_what_the_study_of_locking_measures() {
         let exact = "imex-euler:forcing_term=1e-8,implicit=springs";
@@ -390,7 +390,7 @@ mod tests {
 
     #[test]
     fn nothing_is_expected_where_springs_hold_the_load_or_nothing_loads_them() {
-        // Gravity in the plane of the sheet, from the pinned row to the last.
+        // Gravity lies in the plane of the sheet and points from the pinned row to the last.
         let (_, state) = sheet(1e8, DOWN);
         let down = (state.x[19 * 20] - state.x[0]) * 9.81;
         let (system, state) = sheet(1e8, down.into());

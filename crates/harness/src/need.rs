@@ -1,12 +1,12 @@
-//! Memory and work that a run takes, estimated before it starts.
+//! Estimates the memory and the work of a run before it starts.
 
 use crate::methods::Choice;
 use crate::studies::variant::is_explicit;
 use drape_integrator::Settings;
 use drape_model::Size;
 
-/// What a run takes, by estimate. It is 0.8 to 1.4 times what was measured on flat sheets of 40 000
-/// particles and more; a cloth that is no surface may take more.
+/// The estimated need of a run. On flat sheets of 40 000 particles and more, the estimate is 0.8 to
+/// 1.4 times the measured need. A cloth that is no surface may need more.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Need {
     /// Memory, bytes.
@@ -18,7 +18,7 @@ pub struct Need {
 /// The matrix that a method holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Matrix {
-    /// None, or one that counts with the memory of a particle.
+    /// No matrix, or one that the memory of a particle includes.
     None,
     /// Blocks of 3 × 3 numbers, not factored.
     Blocks,
@@ -29,12 +29,12 @@ pub(crate) enum Matrix {
 }
 
 impl Matrix {
-    /// This matrix if a setting has that value.
+    /// This matrix if the setting `key` has that value, else [`Matrix::None`].
     pub(crate) fn if_set(self, settings: &Settings, key: &str, value: &str) -> Self {
         if settings.get(key) == Some(value) { self } else { Self::None }
     }
 
-    /// Of Newton's method.
+    /// The matrix of Newton's method with these settings.
     pub(crate) fn of_newton(settings: &Settings) -> Self {
         match (settings.get("solver"), settings.get("jacobian")) {
             (Some("cholesky"), _) | (Some("cg" | "auto"), Some("saved")) => Self::BlockFactor,
@@ -43,13 +43,13 @@ impl Matrix {
     }
 }
 
-/// Of a program that has loaded nothing.
+/// Bytes of a program that has loaded no scene.
 const PROGRAM: f64 = 1e7;
-/// Bytes a particle in the specification, the system, the state and the memory of the methods.
+/// Bytes for each particle, in the specification, the system, the state and the method's memory.
 const PARTICLE: f64 = 750.0;
-/// The same for explicit methods, which solve nothing.
+/// The same for explicit methods, which solve no system.
 const EXPLICIT_PARTICLE: f64 = 350.0;
-/// Bytes a spring in a matrix of blocks that is not factored.
+/// Bytes for each spring in a matrix of blocks that is not factored.
 const BLOCKS: f64 = 150.0;
 /// Bytes that a spring adds to a factor of blocks, over the binary logarithm of the number of
 /// particles. Nested dissection of a surface gives this law.
@@ -57,11 +57,11 @@ const FILL: f64 = 190.0;
 /// The same for a factor of numbers, with its indices.
 const SCALAR_FILL: f64 = 30.0;
 /// Operations that factor the matrix of a sheet with two springs a particle, over the number of
-/// particles to the power 1.5. A matrix of numbers takes a 27th part of it.
+/// particles to the power 1.5. A matrix of numbers takes a 27th part.
 const OPERATIONS: f64 = 270.0;
 
 impl Choice {
-    /// What a run with this choice takes.
+    /// The estimated need of a run with this choice on a system of that size.
     pub fn need(&self, size: &Size) -> Need {
         let (n, springs) = (size.particles.max(1) as f64, size.springs as f64);
         let matrix = (self.theory().matrix)(self.settings());
@@ -96,8 +96,8 @@ mod tests {
         Choice::parse(method, &[]).expect("a method").need(&size)
     }
 
-    /// Peaks of the resident memory, MiB, of one step of sheets with two and with six springs a
-    /// particle.
+    /// The measured numbers are peaks of the resident memory, MiB, in one step of sheets with two
+    /// and with six springs a particle.
     #[test]
     fn the_estimate_is_near_what_was_measured() {
         for (method, side, springs, measured) in [

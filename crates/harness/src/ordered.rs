@@ -1,4 +1,4 @@
-//! Runs of systems that list their particles in any order.
+//! Runs systems that list their particles in any order.
 
 use crate::kept::{Kept, MotionCheck};
 use crate::methods::Choice;
@@ -18,9 +18,9 @@ use std::num::NonZero;
 /// order of the specification.
 ///
 /// Energies and momenta are sums over the particles, so another order changes them by round-off.
-/// The given order is kept where it is good ([`Numbering`] has the rule) or part of the result
-/// ([`Choice::follows_springs`]). Then a run equals that of a [`Runner`] on the given system, bit
-/// for bit.
+/// The simulation keeps the given order where it is good ([`Numbering`] has the rule), and where
+/// the result depends on it ([`Choice::follows_springs`]). Then a run equals that of a [`Runner`]
+/// on the given system, bit for bit.
 ///
 /// ```
 /// use drape_harness::{OrderedSimulation, methods::Choice};
@@ -96,12 +96,12 @@ impl Moment<'_> {
     }
 }
 
-/// The state of the greatest kinetic energy among those that were looked at.
+/// The state of the greatest kinetic energy among the states that were given to it.
 #[derive(Clone, Debug, Default)]
 pub struct Peak {
     energy: f64,
     state: Option<State>,
-    /// Total energy at the start, J, where states that gained energy are left out.
+    /// Total energy at the start, J; `None` where states that gained energy count, too.
     start: Option<f64>,
 }
 
@@ -109,14 +109,14 @@ pub struct Peak {
 const BLOWN: f64 = 0.5;
 
 impl Peak {
-    /// The peak before a blow-up. It leaves out states whose total energy exceeds that of the
-    /// start, `energy` J, by more than half of their kinetic energy. It means nothing where pins,
-    /// obstacles or wind do work.
+    /// The peak before a blow-up. It leaves out states whose total energy exceeds `energy`, the
+    /// total energy at the start, J, by more than half of their kinetic energy. The peak means
+    /// nothing where pins, obstacles or wind do work.
     pub fn before_a_rise_above(energy: f64) -> Self {
         Self { start: Some(energy), ..Self::default() }
     }
 
-    /// Keeps a state that is finite and faster than all before.
+    /// Keeps a finite state if its kinetic energy is greater than that of all states before.
     pub fn look(&mut self, moving: Moving<'_>) {
         let energy = moving.system.kinetic_energy(&moving.state.v);
         let is_sound = || self.start.is_none_or(|start| moving.energy() - start <= BLOWN * energy);
@@ -131,10 +131,10 @@ impl Peak {
 }
 
 impl OrderedSimulation {
-    /// The start of a system, to be run by this method.
+    /// A simulation of a system from its start, to be run by this method.
     ///
     /// # Errors
-    /// The first value that is refused.
+    /// [`Violation`] for the first value that is refused.
     pub fn new(spec: &SystemSpec, choice: &Choice) -> Result<Self, Violation> {
         let (system, state, numbering) = if choice.follows_springs() {
             let (system, state) = spec.build()?;
@@ -151,7 +151,7 @@ impl OrderedSimulation {
         self.simulation.system.set_threads(threads);
     }
 
-    /// Which particle of the run is which of the specification.
+    /// The correspondence between the particles of the run and those of the specification.
     pub fn numbering(&self) -> &Numbering {
         &self.numbering
     }
@@ -177,8 +177,8 @@ impl OrderedSimulation {
         Rule::of(self.choice.method().class, &self.simulation.system)
     }
 
-    /// Rise of the total energy that may be round-off, J. It grows with the energies of the
-    /// springs, and with the present forces times the distances from the origin.
+    /// Greatest rise of the total energy that may be round-off, J. It grows with the energies of
+    /// the springs, and with the present forces times the distances from the origin.
     pub fn energy_round_off(&self) -> f64 {
         let Simulation { system, state } = &self.simulation;
         let mut work = 0.0;
@@ -211,8 +211,8 @@ impl OrderedSimulation {
         free.filter(|(x, _)| is_inside(x)).count()
     }
 
-    /// Watches the energy of a run in which pins, obstacles or wind do work; `None` where nothing
-    /// does.
+    /// Watches the energy of a run in which pins, obstacles or wind do work; `None` where none of
+    /// them does.
     pub fn work_balance(&self) -> Option<WorkBalance> {
         let Simulation { system, state } = &self.simulation;
         is_driven(system).then(|| WorkBalance::new(system, state))
@@ -230,16 +230,17 @@ impl OrderedSimulation {
         MotionCheck::new(system, state, steps)
     }
 
-    /// Compares a run that took `effort` visits of a spring with references.
+    /// The share of the motion that a run kept beside references. `effort` is the number of visits
+    /// of a spring that the run took.
     pub fn kept(&self, check: &MotionCheck, effort: f64) -> Kept {
         check.finish(&self.simulation.system, effort)
     }
 
-    /// What decides about the motion that the method keeps in `duration` seconds, at the present
-    /// state.
+    /// The numbers that decide how much motion the method keeps in `duration` seconds from the
+    /// present state.
     ///
     /// # Errors
-    /// Why nothing is expected.
+    /// [`Unforeseen`], the reason why theory predicts nothing.
     pub fn lever(&self, duration: f64) -> Result<Lever, Unforeseen> {
         let Simulation { system, state } = &self.simulation;
         Lever::of(system, state, crate::motion::implicit_springs(&self.choice), duration)
@@ -263,13 +264,13 @@ impl OrderedSimulation {
         ExplicitNumbers::surely_allow(&self.simulation.system, &is_explicit, step_s)
     }
 
-    /// Limits of the step by the effects that the method takes at the old time level, at the
-    /// present state.
+    /// The numbers that limit the step at the present state, by the effects that the method takes
+    /// at the old time level.
     pub fn explicit_numbers(&self) -> ExplicitNumbers {
         self.explicit_numbers_at(&self.simulation.state)
     }
 
-    /// The same at the greatest speed of a run.
+    /// The time, s, and the same numbers at the peak of a run; `None` where the peak has no state.
     pub fn explicit_numbers_at_peak(&self, peak: &Peak) -> Option<(f64, ExplicitNumbers)> {
         peak.state.as_ref().map(|state| (state.t, self.explicit_numbers_at(state)))
     }
@@ -293,8 +294,8 @@ impl OrderedSimulation {
         set(Runner::new(choice, time).numbered(numbering)).go(simulation)
     }
 
-    /// Prepares a run, to be taken [step by step](Self::step). `set` adds records to the
-    /// [`Runner`]; it must add no observer and no stop.
+    /// Prepares a run that is then taken [step by step](Self::step). `set` adds records to the
+    /// [`Runner`]; it must not add an observer or a stop.
     ///
     /// # Errors
     /// As [`Runner::go`].
@@ -336,7 +337,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// What came of the steps so far.
+    /// The outcome of the steps so far.
     pub fn end(self) -> Outcome {
         self.progress.end()
     }

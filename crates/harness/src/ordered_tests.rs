@@ -1,4 +1,5 @@
-//! A system in any order moves as the same system in a good one, and speaks of its own particles.
+//! A system in any order moves as the same system in a good order, and its messages use the given
+//! indices of the particles.
 
 use super::*;
 use crate::run::{Moment, Runner};
@@ -127,7 +128,7 @@ fn what_is_in_good_order_or_depends_on_it_runs_as_given() {
 fn a_particle_that_is_lost_is_called_by_its_given_index() {
     let (mut spec, new) = shuffled(&sheet());
     let lost = [new[500] as usize, new[700] as usize];
-    // A spring that drives them apart before the others can follow.
+    // This spring drives the two apart before the other particles can follow.
     let [i, j] = lost.map(|k| k as u32);
     let (rest_length_m, stiffness_n_per_m) = (1e6, 1e6);
     spec.springs.push(SpringSpec { i, j, rest_length_m, stiffness_n_per_m, ..Default::default() });
@@ -171,7 +172,7 @@ fn speed_after(spec: &SystemSpec, method: &str, share: f64) -> f64 {
 #[test]
 fn a_step_below_the_limit_is_stable_and_one_above_blows_up() {
     const ANGLES: &str = r#""tension": { "stiffness_over_mass_per_s2": 1e2 }, "bending_angle": { "stiffness_n_m": 0.01 }"#;
-    /// Springs that hold a sheet about twice as much across as along.
+    /// Springs that hold a sheet about twice as strongly across as along.
     const STIFFER: &str = r#""tension": { "stiffness_over_mass_per_s2": 5e2 }, "bending_angle": { "stiffness_n_m": 0.01 }"#;
     const SPRINGS: &str = r#""tension": { "stiffness_over_mass_per_s2": 1e4 },
         "bending": { "stiffness_over_mass_per_s2": 1e3 }"#;
@@ -188,7 +189,7 @@ fn a_step_below_the_limit_is_stable_and_one_above_blows_up() {
     }
 }
 
-/// A triangle that falls in still air, as fast as it can.
+/// A triangle that falls in still air at its terminal speed.
 #[test]
 fn a_fall_at_terminal_speed_is_steady_below_the_limit_and_not_above() {
     let (speed, disturbed) = (5.0, 1e-4);
@@ -206,7 +207,7 @@ fn a_fall_at_terminal_speed_is_steady_below_the_limit_and_not_above() {
     assert!(strays(1.05) > 100.0 * disturbed, "{}", strays(1.05));
 }
 
-/// A sheet that flies on, until what is left of a shake blows up.
+/// A sheet that flies on, until a remaining vibration blows up.
 #[test]
 fn the_peak_before_a_rise_leaves_out_what_the_blow_up_made_fast() {
     let mut spec = shaken(r#""tension": { "stiffness_over_mass_per_s2": 1e4 }"#);

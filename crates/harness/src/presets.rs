@@ -1,23 +1,22 @@
-//! Settings under a name: those with which a paper prints a method, where they differ from the
-//! defaults.
+//! Presets: named settings with which a paper prints a method, where they differ from the defaults.
 
 use crate::methods;
 use drape_integrator::Method;
 
-/// Settings of a method under a name.
+/// Named settings of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
-    /// Name, which stands first after the colon.
+    /// Its name, which stands first after the colon of `id:name`.
     pub name: &'static str,
     /// Its settings.
     pub settings: &'static [(&'static str, &'static str)],
-    /// What it is.
+    /// Help text.
     pub help: &'static str,
 }
 
 impl Preset {
-    /// Id of its method and settings, as [`Choice::parse`](crate::methods::Choice::parse) reads
-    /// them.
+    /// The id of its method with its settings, as [`Choice::parse`](crate::methods::Choice::parse)
+    /// reads them.
     pub fn written_out(&self, method: &Method) -> String {
         let pairs: Vec<_> =
             self.settings.iter().map(|(key, value)| format!("{key}={value}")).collect();

@@ -1,9 +1,9 @@
-//! The time that a thread spends on a processor, which other programs disturb less than the clock.
+//! The time that a thread spends on a processor. Other programs disturb it less than wall time.
 
 use std::time::Duration;
 
-/// Time that the calling thread has spent on a processor so far; `None` where the system does not
-/// tell.
+/// Time that the calling thread has spent on a processor so far; `None` where the operating system
+/// does not report it.
 pub(crate) fn spent() -> Option<Duration> {
     #[cfg(target_os = "linux")]
     {
@@ -20,7 +20,7 @@ pub(crate) fn spent() -> Option<Duration> {
 mod tests {
     use super::*;
 
-    /// A thread that sleeps spends nothing; one that works spends at most what the clock shows.
+    /// A thread that sleeps spends no time. A thread that works spends at most the wall time.
     #[test]
     fn sleep_costs_no_time_of_the_processor_and_work_does() {
         let Some(before) = spent() else { return };

@@ -1,4 +1,4 @@
-//! Where results come from.
+//! The provenance of results: program, machine, date and scenes.
 
 use drape_model::SystemSpec;
 use drape_report::Provenance;
@@ -20,7 +20,7 @@ fn hexadecimal(hash: Sha256) -> String {
 
 /// SHA-256 of a frozen system's compact JSON text.
 pub fn system_hash(spec: &SystemSpec) -> String {
-    // The text of a large system would take more memory than the system.
+    // Hash while writing: the text of a large system would take more memory than the system.
     let mut hash = BufWriter::new(Sha256::new());
     // A specification is lists of numbers and strings, which always serialise.
     match (serde_json::to_writer(&mut hash, spec), hash.into_inner()) {
@@ -38,15 +38,15 @@ pub struct Source {
     pub dirty: Option<bool>,
 }
 
-/// What git answers about a folder; `None` where it fails. Variables such as `GIT_DIR`, which name
-/// another repository, do not count.
+/// The answer of git about a folder; `None` where git fails. Ignores variables such as `GIT_DIR`,
+/// which name another repository.
 fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
     let mut command = Command::new("git");
     let variables = std::env::vars_os().map(|(name, _)| name);
     for name in variables.filter(|name| name.to_string_lossy().starts_with("GIT_")) {
         command.env_remove(name);
     }
-    // Without the option a look at the state would write the index.
+    // Without this option, a query of the state would write the index.
     let command = command.arg("--no-optional-locks").arg("-C").arg(folder).args(arguments);
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
@@ -62,8 +62,8 @@ impl Source {
         Self { commit, dirty: changes.map(|changes| !changes.is_empty()) }
     }
 
-    /// Commit of the repository that holds `folder`, where it is another one of the same
-    /// repository: one that knows the commit of this source.
+    /// The commit at `folder`, where it differs from that of this source and the repository there
+    /// contains the commit of this source; else `None`.
     pub fn other_commit_at(&self, folder: &Path) -> Option<String> {
         let own = self.commit.as_ref()?;
         let there = git(folder, &["rev-parse", "--verify", "HEAD"]).filter(|there| there != own)?;
@@ -109,7 +109,7 @@ pub fn provenance(source: &Source, scene_sha256: BTreeMap<String, String>) -> Pr
     }
 }
 
-/// A moment in UTC, ISO 8601. A clock may show any year: those outside 0 to 9999 get a sign and six
+/// A moment in UTC, ISO 8601. A clock may show any year. Years outside 0 to 9999 get a sign and six
 /// digits.
 fn date(moment: SystemTime) -> String {
     const DAY: i64 = 86_400;
@@ -122,8 +122,8 @@ fn date(moment: SystemTime) -> String {
         }
     };
     let (days, second) = (seconds.div_euclid(DAY), seconds.rem_euclid(DAY));
-    // Years from March on end with the leap day. 400 of them have 146 097 days; day 0 of the clock
-    // is 719 468 days after the first of March of the year 0.
+    // Years that begin in March end with the leap day. 400 such years have 146 097 days. Day 0 of
+    // the clock is 719 468 days after the first of March of the year 0.
     let since = days + 719_468;
     let (era, day) = (since.div_euclid(146_097), since.rem_euclid(146_097));
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
@@ -171,7 +171,7 @@ mod tests {
         std::fs::create_dir(folder.path().join("results")).expect("a folder");
         write("results/new");
         assert_eq!(dirty(), Some(false));
-        // Also where the user does not want to see new files.
+        // A new file counts even where the user has set git not to show new files.
         git(folder.path(), &["config", "status.showUntrackedFiles", "no"]);
         write("new");
         assert_eq!(dirty(), Some(true));

@@ -26,7 +26,7 @@ pub struct Divergence {
     pub time: f64,
     /// Which criterion was met.
     pub criterion: String,
-    /// Whether a program of the user failed. Then the criterion says what it did.
+    /// Whether a program of the user failed. Then the criterion says how.
     pub is_outside: bool,
 }
 
@@ -39,8 +39,8 @@ pub struct Outcome {
     pub totals: Totals,
     /// Wall time of all `step` calls together.
     pub wall: Duration,
-    /// Time that the calling thread spent on a processor in them; if asked for, and where the
-    /// system tells it.
+    /// Time that the calling thread spent on a processor in all `step` calls; `None` unless it was
+    /// asked for and the operating system reports it.
     pub(crate) processor: Option<Duration>,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged: u64,
@@ -59,7 +59,7 @@ pub struct Outcome {
     /// Counted cost of the steps, in visits of a spring. It is the same on every machine that takes
     /// the same steps.
     pub effort: f64,
-    /// The counts behind it, which have a price for each method.
+    /// The counts behind the effort, which have a price for each method.
     pub counted: Counted,
     /// Whether the run ended because its effort or its time reached the limit.
     pub is_over_budget: bool,
@@ -80,11 +80,11 @@ pub struct Moment<'a> {
     pub system: &'a System,
     /// Its state.
     pub state: &'a State,
-    /// What the step did to the energy, if asked for and known.
+    /// The change of the energy in the step by its causes, if asked for and known.
     pub ledger: Option<EnergyLedger>,
-    /// What the step reported.
+    /// The report of the step.
     pub report: &'a StepReport,
-    /// Which particle of the system is which of the specification.
+    /// The correspondence between the particles of the system and those of the specification.
     pub numbering: &'a Numbering,
     /// Wall time of all `step` calls so far.
     pub wall: Duration,
@@ -105,7 +105,8 @@ impl Simulation {
     /// A bundled scene by its name, or a scene or frozen system from a file.
     ///
     /// # Errors
-    /// [`HarnessError::Scene`] naming the file, the key and what is allowed there.
+    /// [`HarnessError::Scene`], which names the file, the key and the values that are allowed
+    /// there.
     pub fn load(scene: &str) -> Result<Self, HarnessError> {
         Self::of(&drape_model::load(scene)?)
     }
@@ -131,7 +132,7 @@ enum Source<'a> {
     Caller(&'a mut dyn Integrator),
 }
 
-/// Says at the end of a step whether the run ends there.
+/// Decides at the end of a step whether the run ends there.
 type Stop<'a> = Box<dyn FnMut(&Moment<'_>) -> bool + 'a>;
 
 /// Sees the end of every step.
@@ -180,7 +181,7 @@ impl<'a> Runner<'a> {
         Self::of(Source::Registry(choice), Schedule::steady(time))
     }
 
-    /// A run of any integrator, for example one that no registry knows.
+    /// A run of any integrator, for example one outside the registry.
     pub fn with(integrator: &'a mut dyn Integrator, time: TimeSpan) -> Self {
         Self::of(Source::Caller(integrator), Schedule::steady(time))
     }
@@ -216,12 +217,12 @@ impl<'a> Runner<'a> {
         Self { phases, ..self }
     }
 
-    /// Measures the time of the processor beside that of the clock.
+    /// Measures the time on the processor, besides the wall time.
     pub(crate) fn processor(self) -> Self {
         Self { has_processor: true, ..self }
     }
 
-    /// Shows observers what each step did to the energy, cause by cause.
+    /// Shows observers the change of the energy in each step, cause by cause.
     pub fn ledger(self) -> Self {
         Self { ledger: true, ..self }
     }
@@ -236,7 +237,8 @@ impl<'a> Runner<'a> {
         Self { reference: energy.into(), ..self }
     }
 
-    /// The system has an order of its own: messages call a particle by its given index.
+    /// The system may have another order than the specification. Messages then name a particle by
+    /// its index in the specification.
     pub(crate) fn numbered(self, numbering: &'a Numbering) -> Self {
         Self { numbering: Some(numbering), ..self }
     }
@@ -261,8 +263,8 @@ impl<'a> Runner<'a> {
 
     /// Makes the run; the simulation is left in its last state.
     ///
-    /// Divergence is a result, not an error: the run stops there and says so. If a series is
-    /// recorded, the simulation is left in its last finite state then.
+    /// Divergence is a result, not an error: the run stops, and [`Outcome::divergence`] says so. If
+    /// a series is recorded, the simulation is then left in its last finite state.
     ///
     /// # Errors
     /// [`HarnessError`] when the time span, the method or the system is refused.
@@ -270,7 +272,7 @@ impl<'a> Runner<'a> {
         self.drive(simulation, None)
     }
 
-    /// Prepares the run, to be taken step by step; nobody observes it.
+    /// Prepares the run, which is then taken step by step, without observers.
     pub(crate) fn begin(
         self,
         simulation: &mut Simulation,
@@ -332,7 +334,7 @@ impl<'a> Runner<'a> {
 pub struct Counts {
     /// Result of the run.
     pub outcome: Outcome,
-    /// What its energy did.
+    /// The changes of its energy.
     pub energy: Energy,
     /// The rule by which its energy is judged.
     pub rule: Rule,
@@ -341,14 +343,14 @@ pub struct Counts {
 }
 
 impl Outcome {
-    /// Time of the processor in all `step` calls, if it was measured, else that of the clock, s.
+    /// Time on the processor in all `step` calls, s, if it was measured, else their wall time, s.
     pub(crate) fn seconds(&self) -> f64 {
         self.processor.unwrap_or(self.wall).as_secs_f64()
     }
 }
 
 impl Counts {
-    /// How the run ended, by its energy beside the energy that the scene sets free, J
+    /// The verdict on the run, from its energy and the energy that the scene sets free, J
     /// ([`reference_energy`](crate::reference_energy)).
     pub fn verdict(&self, reference_energy: f64) -> Verdict {
         match &self.outcome.divergence {

@@ -8,7 +8,7 @@ use drape_model::{
 /// A bundled scene.
 ///
 /// # Errors
-/// [`HarnessError::Scene`] when there is none of that name.
+/// [`HarnessError::Scene`] when no bundled scene has that name.
 pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
     match drape_model::load(name)? {
         SceneFile::Scene(scene, _) => Ok(*scene),
@@ -23,10 +23,11 @@ pub fn bundled(name: &str) -> Result<Scene, HarnessError> {
 /// name.
 ///
 /// # Errors
-/// [`HarnessError::UnknownStart`], which names the starts of the study.
+/// [`HarnessError::UnknownStart`] where the study has no such start; it names the starts of the
+/// study.
 pub fn study_scene(name: &str) -> Result<Option<SceneFile>, HarnessError> {
     let Some(start) = crate::studies::start(name)? else { return Ok(None) };
-    // Numbers are written with all their digits, so the text has the same bits.
+    // Numbers are written with all their digits, so reading the text gives the same bits.
     let text = serde_json::to_string(&start.system()?).map_err(|error| Violation {
         path: name.to_owned(),
         value: error.to_string(),
@@ -35,7 +36,7 @@ pub fn study_scene(name: &str) -> Result<Option<SceneFile>, HarnessError> {
     Ok(Some(drape_model::parse(name, &text)?))
 }
 
-/// Step and duration: from the options, or else from the scene.
+/// The step and the duration, s, from the options or else from the scene.
 ///
 /// # Errors
 /// [`Violation`] where one is missing or out of range.
@@ -66,8 +67,8 @@ fn spring_laws(scene: &mut Scene) -> impl Iterator<Item = &mut SpringLaw> {
     [tension, shear, bending].into_iter().flatten()
 }
 
-/// The scene with another stiffness of its tension springs, and of its shear and bending springs in
-/// the same proportion.
+/// The scene with another stiffness over mass of its tension springs, 1/s². Its shear and bending
+/// springs change in the same proportion.
 pub fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
     let tension = scene.effects.tension.as_ref().and_then(|law| law.stiffness_over_mass_per_s2);
     let factor = stiffness_over_mass / tension.unwrap_or(stiffness_over_mass);
@@ -82,7 +83,7 @@ pub fn with_stiffness(mut scene: Scene, stiffness_over_mass: f64) -> Scene {
     scene
 }
 
-/// The scene with all damping quotients multiplied.
+/// The scene with all its quotients of damping over mass multiplied by `factor`.
 pub fn with_damping_scaled(mut scene: Scene, factor: f64) -> Scene {
     for law in spring_laws(&mut scene) {
         if let Some(quotient) = &mut law.damping_over_mass_per_s {

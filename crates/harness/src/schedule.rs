@@ -1,13 +1,14 @@
-//! Step sizes and stiffness over a run.
+//! The schedule of a run: its step sizes, and the changes of stiffness.
 
 use drape_model::{SpringEffect, System, TimeSpan, Vec3};
 
 /// A change of all springs' stiffness from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
-    /// Time from the start, s. The step that begins next to it is the first with the new stiffness.
+    /// Time from the start, s. The step that begins nearest to it is the first with the new
+    /// stiffness.
     pub(crate) time_s: f64,
-    /// Factor of the stiffness; positive.
+    /// Factor on the stiffness; positive.
     pub(crate) factor: f64,
 }
 
@@ -16,7 +17,7 @@ impl Change {
     pub(crate) fn apply(self, system: &mut System, x: &[Vec3]) -> f64 {
         let before = system.potential_energy(x);
         for effect in SpringEffect::ALL {
-            // An effect that the scene does not name has nothing to be changed.
+            // An effect that the scene does not name has nothing to change.
             let _named = system.scale_stiffness(effect, self.factor);
         }
         system.potential_energy(x) - before
@@ -28,14 +29,15 @@ impl Change {
 pub(crate) struct Schedule {
     /// Step and duration. With a pattern, the duration is a whole number of its cycles.
     pub(crate) time: TimeSpan,
-    /// Factors on the step, one after the other and round again; empty where all steps are alike.
+    /// Factors on the step, one for each step in turn, over and over; empty where all steps are
+    /// alike.
     pub(crate) pattern: &'static [f64],
     /// Changes of the stiffness, in the order of their times.
     pub(crate) changes: &'static [Change],
 }
 
 impl Schedule {
-    /// All steps alike, no change.
+    /// A schedule with steps of one length and no change.
     pub(crate) fn steady(time: TimeSpan) -> Self {
         Self { time, pattern: &[], changes: &[] }
     }
@@ -55,7 +57,7 @@ impl Schedule {
         cycles as u64 * self.pattern.len() as u64
     }
 
-    /// Length of a step, from 1, s.
+    /// Length of a step, s; steps count from 1.
     pub(crate) fn step(&self, step: u64) -> f64 {
         if self.pattern.is_empty() {
             let (whole, rest) = self.time.steps();
@@ -64,7 +66,8 @@ impl Schedule {
         self.time.step_s * self.pattern[((step - 1) % self.pattern.len() as u64) as usize]
     }
 
-    /// Time from the start after a number of steps, s: sums of `h` drift, multiples of it do not.
+    /// Time from the start after a number of steps, s. Multiples of `h` do not drift, as sums
+    /// would.
     pub(crate) fn elapsed(&self, steps: u64) -> f64 {
         if self.pattern.is_empty() {
             let is_last = steps == self.steps();

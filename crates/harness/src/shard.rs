@@ -1,10 +1,10 @@
-//! Parts of the cells of a study that are computed apart, on one machine or many.
+//! Shards: parts of the cells of a study that are computed apart, on one machine or on many.
 //!
 //! The key of a cell is `STUDY/PART/NUMBER`, as its journal names it. The first eight bytes of the
-//! key's SHA-256, read as a number, modulo `n` tell which of `n` shards the cell belongs to. So a
-//! cell belongs to the same shard on every machine, and neighbours, which often take about as long,
-//! are spread over all shards. Cells that are timed belong to none of them: they form a shard of
-//! their own, because nothing else may run beside them.
+//! key's SHA-256, read as a number and taken modulo `n`, say which of `n` shards the cell belongs
+//! to. So a cell belongs to the same shard on every machine. Neighbours often take about as long,
+//! and the hash spreads them over all shards. Timed cells form a shard of their own, because
+//! nothing else may run beside them.
 
 use sha2::{Digest as _, Sha256};
 use std::fmt;
@@ -13,11 +13,11 @@ use std::str::FromStr;
 /// Which cells a process computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shard {
-    /// The cells whose key falls to `number`, from 1 to `count`. None of them is timed.
+    /// The cells whose key falls to `number`. None of them is timed.
     Of {
-        /// Its number, from 1.
+        /// Its number, from 1 to `count`.
         number: u32,
-        /// How many shards there are.
+        /// Number of shards.
         count: u32,
     },
     /// All cells that are timed.
@@ -25,7 +25,7 @@ pub enum Shard {
 }
 
 const TIMED: &str = "timed";
-/// Most shards: a greater number is a slip of the pen.
+/// Most shards. A greater number is taken for a typing error.
 const MOST: u32 = 1_000_000;
 
 impl FromStr for Shard {
@@ -60,7 +60,7 @@ impl fmt::Display for Shard {
 }
 
 impl Shard {
-    /// Whether a cell is one of its own.
+    /// Whether a cell belongs to this shard.
     pub(crate) fn has(self, study: &str, part: &str, number: usize, is_timed: bool) -> bool {
         match self {
             Self::Timed => is_timed,
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!((has(Shard::Timed, true), has(Shard::Timed, false)), (7000, 0));
     }
 
-    /// The place follows from the key alone, and is the same in every version: it is written down.
+    /// The place follows from the key alone. The numbers below keep it the same in every version.
     #[test]
     fn a_cell_keeps_its_place() {
         let places = |part| (0..6).map(|cell| place("order", part, cell, 7)).collect::<Vec<_>>();
@@ -154,7 +154,7 @@ mod tests {
         assert_ne!(places("limits"), PLACES);
     }
 
-    /// First eight bytes of `printf 'order/methods/0' | sha256sum` and so on, modulo 7, plus 1.
+    /// The first eight bytes of `printf 'order/methods/0' | sha256sum` and so on, modulo 7, plus 1.
     const PLACES: [u32; 6] = [2, 3, 4, 7, 5, 2];
 
     #[test]

@@ -2,18 +2,18 @@
 //!
 //! Where no torque acts about the centre of mass, the angular momentum `L` about it is constant:
 //! springs, hinges and projected damping pull in pairs along lines or turn nothing, and uniform
-//! gravity has no lever. What a run loses of `L` is the doing of the method.
+//! gravity has no lever arm. Any loss of `L` in a run comes from the method.
 //!
 //! ```text
 //! L = Σ m (x − c) × (v − v_c)        share = L_end·L_start / L_start·L_start
 //! ```
 //!
-//! The torque is that of all forces at the start, so the rule covers effects that it does not know.
-//! Full damping, which also resists a rigid rotation, has one.
+//! The torque is computed from all forces at the start, so the rule covers every effect. Full
+//! damping, which also resists a rigid rotation, has a torque.
 
 use drape_model::{State, System, Vec3};
 
-/// A cloth spins from this share of `Σ m |x − c| |v − v_c|` on.
+/// A cloth spins if `|L|` is at least this share of `Σ m |x − c| |v − v_c|`.
 const LEAST: f64 = 0.1;
 /// A torque up to this share of the sum of its parts is round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -31,7 +31,7 @@ fn mean(mass: &[f64], vectors: &[Vec3]) -> Vec3 {
     sum / mass.iter().sum::<f64>()
 }
 
-/// `Σ (x − c) × y`, and the sum of the products of the lengths, about the centre of mass.
+/// `Σ (x − c) × y` about the centre of mass `c`, and the sum of the products of the lengths.
 fn moment(mass: &[f64], x: &[Vec3], y: impl Iterator<Item = Vec3>) -> (Vec3, f64) {
     let centre = mean(mass, x);
     let mut sums = (Vec3::zeros(), 0.0);
@@ -43,7 +43,8 @@ fn moment(mass: &[f64], x: &[Vec3], y: impl Iterator<Item = Vec3>) -> (Vec3, f64
     sums
 }
 
-/// The angular momentum about the centre of mass, and the greatest that such speeds could have.
+/// The angular momentum about the centre of mass, and the greatest one that such speeds could give,
+/// kg m²/s.
 fn angular_momentum(system: &System, state: &State) -> (Vec3, f64) {
     let mass = system.mass();
     let drift = mean(mass, &state.v);
@@ -51,7 +52,8 @@ fn angular_momentum(system: &System, state: &State) -> (Vec3, f64) {
 }
 
 impl Spin {
-    /// Of a free cloth at its start; `None` where it does not spin, or where a torque may act on it.
+    /// The spin of a cloth at its start; `None` where it does not spin, or where a torque may act
+    /// on it.
     pub(crate) fn of(system: &System, state: &State) -> Option<Self> {
         let is_held = system.pinned().contains(&true)
             || !system.moving_pins().is_empty()
@@ -68,7 +70,7 @@ impl Spin {
         (torque.norm() <= ROUND_OFF * most).then_some(Self { start })
     }
 
-    /// The share of it that a state has.
+    /// The share of the spin that a state has.
     pub(crate) fn share(&self, system: &System, state: &State) -> f64 {
         angular_momentum(system, state).0.dot(&self.start) / self.start.norm_squared()
     }
@@ -95,7 +97,7 @@ mod tests {
         let (system, state) = spinning().build().unwrap();
         let spin = Spin::of(&system, &state).unwrap();
         assert!((spin.share(&system, &state) - 1.0).abs() < 1e-12);
-        // A drift of the whole cloth is no spin.
+        // A drift of the whole cloth does not count as spin.
         let mut slowed = state.clone();
         slowed.v.iter_mut().for_each(|v| *v = *v * 0.25 + Vec3::new(3.0, -2.0, 1.0));
         assert!((spin.share(&system, &slowed) - 0.25).abs() < 1e-9);

@@ -1,25 +1,27 @@
 //! Verdicts on stability, by energy.
 //!
-//! A run is judged by its total energy `H_n`: kinetic and potential, less the work that changes of
-//! the system from outside have done. The measure is `E_ref`, the energy that the scene sets free:
-//! `max(H_0 − min U, max T)` over a [reference trajectory](reference_energy). Bounded positions
-//! prove nothing: the explicit part of a spring's force is bounded, so unstable runs saturate.
+//! A run is judged by its total energy `H_n`: kinetic and potential energy, less the work that
+//! changes of the system from outside have done. The unit of comparison is `E_ref`, the energy that
+//! the scene sets free: `max(H_0 − min U, max T)` over a [reference trajectory](reference_energy).
+//! Bounded positions prove nothing: the explicit part of a spring's force is bounded, so unstable
+//! runs saturate.
 //!
 //! | rule | stable | marginal | unstable |
 //! |---|---|---|---|
 //! | [`Rule::Dissipative`] | `max(H_n − H_0) ≤ 0.02 E_ref` | up to `0.5 E_ref` | above |
 //! | [`Rule::Symplectic`] | `max abs(H_n − H_0) ≤ 0.5 E_ref`, secular drift ≤ `0.05 E_ref` | the former only | neither |
 //!
-//! The symplectic rule is for methods of that [class](StabilityClass) where neither damping nor
-//! contacts dissipate: the energy may oscillate with the step size, but must not drift. The secular
-//! drift is the slope of the straight line through the energies of the last half of the run, times
-//! the duration.
+//! The symplectic rule is for methods of that [class](StabilityClass), where neither damping nor
+//! contacts dissipate. There the energy may oscillate with the step size, but must not drift. The
+//! secular drift is the slope of the straight line through the energies of the last half of the
+//! run, times the duration.
 //!
-//! Moving pins, moving obstacles and wind do work that no method reports. While they act the scene
-//! is not closed, and nothing is judged. The watch starts at the end of the step in which the last
-//! of them comes to rest: `H_0` is the energy there, without the kinetic energy of the pins. Energy
-//! that a method gained before is not seen unless it gains more. A scene that is open to its end is
-//! `open`. A run that [diverges](crate::Divergence) is `diverged`, whatever the rule.
+//! Moving pins, moving obstacles and wind do work that this rule does not count. While they act,
+//! the scene is not closed, and nothing is judged. The watch starts at the end of the step in which
+//! the last of them comes to rest. `H_0` is the energy there, without the kinetic energy of the
+//! pins. The watch does not see energy that a method gained before. A scene that is open until its
+//! end gets the verdict `open`. A run that [diverges](crate::Divergence) gets `diverged` under
+//! either rule.
 
 use crate::HarnessError;
 use crate::methods::Choice;
@@ -37,15 +39,16 @@ const SAFETY: f64 = 0.25;
 /// A step raises the energy if it adds more than this fraction of `E_ref` and more than round-off.
 const RISE: f64 = 1e-9;
 const ROUND_OFF: f64 = 1e-14;
-/// A step that begins this part of a step before a path ends begins at its end: round-off.
+/// A step that begins at most this part of a step before a path ends counts as beginning at its
+/// end, because of round-off.
 const EARLY: f64 = 1e-6;
 
 /// How the energy of a run is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// It must not rise above its start.
+    /// The energy must not rise above its start.
     Dissipative,
-    /// It may oscillate, but not drift.
+    /// The energy may oscillate, but not drift.
     Symplectic,
 }
 
@@ -62,18 +65,18 @@ impl Rule {
     }
 }
 
-/// What the total energy of a run did. Infinite after a divergence.
+/// The changes of the total energy of a run. They are infinite after a divergence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
     /// Greatest rise above the start, J.
     pub gain: f64,
-    /// Greatest rise above the least that was met before, J.
+    /// Greatest rise above the least energy before, J.
     pub climb: f64,
     /// Greatest distance from the start, J.
     pub swing: f64,
-    /// Slope of the straight line through the last half, times the duration, J.
+    /// Slope of the straight line through the energies of the last half, times the duration, J.
     pub drift: f64,
-    /// Steps that raised it by more than round-off; 0 without a reference energy.
+    /// Number of steps that raised the energy by more than round-off; 0 without a reference energy.
     pub rises: u64,
     /// Greatest allowance for round-off in that count, J.
     pub round_off: f64,
@@ -88,7 +91,7 @@ pub struct Energy {
 pub(crate) struct Watch {
     track: Track,
     springs: Springs,
-    /// Until when pins and obstacles move, s.
+    /// Time at which the last pin or obstacle stops moving, s.
     open_until: f64,
     /// Forces of the air on a cloth at rest, N; empty where there is none.
     push: Vec<Vec3>,
@@ -105,7 +108,7 @@ struct Track {
     duration: f64,
     energy: Energy,
     line: Line,
-    /// Of the scene, J; infinite where rises are not counted.
+    /// `E_ref` of the scene, J; infinite where rises are not counted.
     reference: f64,
 }
 
@@ -134,7 +137,7 @@ impl Line {
     }
 }
 
-/// Measures of the round-off of the energy.
+/// Two numbers that measure the round-off of the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Springs {
     /// `½ Σ k ℓ²`, J.
@@ -166,14 +169,14 @@ impl Springs {
     }
 }
 
-/// Allowance for round-off of a total energy, J: that of the springs, and `energy` besides.
+/// Allowance for round-off of a total energy, J: from the springs, and from `energy`, J.
 pub(crate) fn round_off(system: &System, energy: f64) -> f64 {
     ROUND_OFF * (Springs::of(system).rest_energy + energy)
 }
 
 impl Watch {
-    /// Begins at the start of a run of `duration` seconds. `reference` is `E_ref`, J; without it
-    /// rises are not counted.
+    /// Starts to watch a run of `duration` seconds. `reference` is `E_ref`, J; without it, rises
+    /// are not counted.
     pub(crate) fn new(simulation: &Simulation, duration: f64, reference: Option<f64>) -> Self {
         let Simulation { system, state } = simulation;
         let kinetic = system.kinetic_energy(&state.v);
@@ -190,8 +193,8 @@ impl Watch {
         watch
     }
 
-    /// Whether wind pushes the cloth. Still air only takes energy; wind pushes even a cloth at
-    /// rest.
+    /// Whether wind pushes the cloth. Still air only takes energy from it; wind pushes even a cloth
+    /// at rest.
     fn blows(&mut self, system: &System, state: &State) -> bool {
         if self.push.is_empty() {
             return false;
@@ -229,7 +232,7 @@ impl Watch {
         self.track.add(elapsed, kinetic + potential - work, round_off);
     }
 
-    /// What the energy did.
+    /// The changes of the energy so far.
     pub(crate) fn energy(&self, has_diverged: bool) -> Energy {
         self.track.energy(has_diverged)
     }
@@ -253,9 +256,10 @@ impl Track {
         }
     }
 
-    /// Adds the energy `total` after `elapsed` seconds, which is known to within `round_off`.
+    /// Adds the energy `total`, J, after `elapsed` seconds. It is accurate to within `round_off`,
+    /// J.
     fn add(&mut self, elapsed: f64, total: f64, round_off: f64) {
-        // The difference of two infinities is a gain too.
+        // The difference of two infinities counts as a gain.
         let total = if total.is_nan() { f64::INFINITY } else { total };
         let gain = total - self.start;
         self.energy.is_open = false;
@@ -267,7 +271,8 @@ impl Track {
         self.energy.rises += u64::from(total > self.last + RISE * self.reference + round_off);
         self.last = total;
         if elapsed >= 0.5 * self.duration {
-            // Time counts from the middle of the half, where the sums lose fewest digits.
+            // Time counts from the middle of the last half, so that the sums lose the fewest
+            // digits.
             self.line.add(elapsed - 0.75 * self.duration, gain);
         }
     }
@@ -287,12 +292,12 @@ impl Track {
 pub(crate) struct Reference {
     /// `E_ref`, J.
     pub(crate) energy: f64,
-    /// Energy that contacts add by pushing out, J.
+    /// Energy that contacts add by pushing particles out of obstacles, J.
     pub(crate) gain: f64,
 }
 
-/// Bounds of the eigenvalues of `M⁻¹L_k`, 1/s², and `M⁻¹L_c`, 1/s: by Gershgorin, twice the
-/// largest row sums.
+/// Gershgorin's bounds of the eigenvalues of `M⁻¹L_k`, 1/s², and `M⁻¹L_c`, 1/s: twice the greatest
+/// diagonal elements.
 pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
     let mut rows = vec![(0.0_f64, 0.0_f64); system.len()];
     Implicit::Springs.visit_weights(system, &mut |i, j, k, c| {
@@ -304,8 +309,9 @@ pub(crate) fn gershgorin(system: &System) -> (f64, f64) {
     rows.iter().fold((0.0, 0.0), |(k, c), row| (row.0.max(k), row.1.max(c)))
 }
 
-/// The energies of the true motion: symplectic Euler well below its stability limit, with the same
-/// bits on every machine. It takes the changes of `schedule` and shorter steps of one length.
+/// The energies of the true motion, from symplectic Euler well below its stability limit. They have
+/// the same bits on every machine. The run makes the changes of `schedule`, but takes shorter steps
+/// of one length.
 ///
 /// # Errors
 /// As [`Runner::count`].
@@ -328,8 +334,8 @@ pub(crate) fn reference(
     Ok(Reference { energy: run.energy.released, gain })
 }
 
-/// `E_ref` of a closed scene over `duration` seconds, J: from symplectic Euler well below its
-/// stability limit, which follows the true motion and has the same bits on every machine.
+/// `E_ref` of a closed scene over `duration` seconds, J. It comes from symplectic Euler well below
+/// its stability limit, which follows the true motion. It has the same bits on every machine.
 ///
 /// # Errors
 /// As [`Runner::count`].
@@ -338,7 +344,7 @@ pub fn reference_energy(simulation: &Simulation, duration: f64) -> Result<f64, H
     Ok(reference(simulation, &Schedule::steady(time))?.energy)
 }
 
-/// The verdict on what the energy of a run that did not diverge did.
+/// The verdict on the energy of a run that did not diverge. `reference_energy` is `E_ref`, J.
 pub fn judge(energy: &Energy, rule: Rule, reference_energy: f64) -> Verdict {
     let within = |value: f64, share: f64| value <= share * reference_energy;
     match rule {
@@ -399,7 +405,7 @@ mod tests {
         assert_eq!(verdicts(wave), [Marginal, Stable]);
         assert_eq!(verdicts(|t| 1.6 * wave(t)), [Unstable, Unstable]);
         assert_eq!(verdicts(|t| 0.5 * wave(t) + 0.2 * t), [Marginal, Marginal]);
-        // What happens in the first half is a transient.
+        // A change in the first half is a transient.
         assert_eq!(verdicts(|t| 0.2 * t.min(0.4)), [Marginal, Stable]);
     }
 
@@ -472,7 +478,7 @@ mod tests {
         }
     }
 
-    /// A pin that pulls the spring brings in energy that no method is to blame for.
+    /// A pin that pulls the spring brings in energy, and the method is not at fault.
     #[test]
     fn what_a_pin_brings_in_until_it_stops_is_no_gain_but_available() {
         let led = |time_s: f64| {
@@ -489,7 +495,7 @@ mod tests {
             Runner::by(&choice, &schedule).reference(1e-3).count(simulation).unwrap().energy
         };
         let held = run(&pair()).released;
-        // 0.1 N/m · (2 m)²/2, and as soon as the other end moves, less.
+        // 0.1 N/m · (2 m)²/2 at most; less as soon as the other end moves.
         let led = run(&led(0.5));
         assert!(led.released > 10.0 * held && led.released < 0.25, "{led:?}");
         assert_eq!((led.rises, led.gain), (0, 0.0));
@@ -540,7 +546,8 @@ mod tests {
         Simulation { system, state }
     }
 
-    /// Stiffening a stretched spring a hundredfold brings in energy that no method is to blame for.
+    /// Stiffening a stretched spring a hundredfold brings in energy, and the method is not at
+    /// fault.
     #[test]
     fn work_of_the_outside_is_taken_out_and_counts_as_available() {
         const STIFFER: [Change; 1] = [Change { time_s: 0.3, factor: 100.0 }];

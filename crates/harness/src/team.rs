@@ -1,4 +1,4 @@
-//! The threads that a run computes with.
+//! The threads on which a run computes.
 
 use crate::HarnessError;
 use drape_solvers::bands::bands;
@@ -7,22 +7,22 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
 
-/// Threads of its own for the steps of one run, or none where the caller's is enough.
+/// The threads for the steps of one run, or none where the caller's thread is enough.
 ///
-/// On Linux, a team with a thread for each processor of the process keeps each thread on one of
-/// them. Otherwise the scheduler may let two threads take turns on one processor beside an idle
-/// one, for a tenth of a second after a pause or for a whole run of short sweeps. Smaller teams are
-/// free to move, since other programs want processors too. Threads that the work itself starts
-/// inherit the processor of their parent.
+/// On Linux, a team with one thread for each processor of the process keeps each thread on its own
+/// processor. Otherwise the scheduler may let two threads take turns on one processor while another
+/// one is idle: for a tenth of a second after a pause, or for a whole run of short sweeps. The
+/// threads of smaller teams are free to move, since other programs need processors, too. Threads
+/// that the work itself starts inherit the processor of their parent.
 #[derive(Debug)]
 pub struct Team(Option<ThreadPool>);
 
 impl Team {
-    /// A team of `threads`, the caller included, for a cloth of so many particles. A small cloth
-    /// needs no other thread.
+    /// A team of `threads` threads for a cloth of so many particles. For a small cloth it has no
+    /// threads of its own, and the caller does the work.
     ///
     /// # Errors
-    /// When the operating system refuses a thread.
+    /// [`ThreadPoolBuildError`] when the operating system refuses a thread.
     pub fn new(threads: NonZero<usize>, particles: usize) -> Result<Self, ThreadPoolBuildError> {
         if bands(threads.get(), particles) == 1 {
             return Ok(Self(None));
@@ -38,8 +38,8 @@ impl Team {
         builder.build().map(Some).map(Self)
     }
 
-    /// Does `work` with these threads. All stay awake until it is done: a thread without a band
-    /// keeps looking for one, and yields its processor in between.
+    /// Does `work` with these threads. All of them stay awake until it is done. A thread without
+    /// work keeps looking for some, and yields its processor in between.
     pub fn run<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             None => work(),
@@ -49,8 +49,8 @@ impl Team {
 }
 
 /// Starts the threads on which studies compute: one for each processor, or as many as the variable
-/// `RAYON_NUM_THREADS` says. Called once, before the first study; without it they start by
-/// themselves, and the program ends where one is refused.
+/// `RAYON_NUM_THREADS` says. A program calls it once, before the first study. Otherwise the threads
+/// start by themselves, and the program ends where the operating system refuses one.
 ///
 /// # Errors
 /// [`HarnessError::Threads`] when the operating system refuses a thread.
@@ -60,10 +60,10 @@ pub fn start_threads() -> Result<(), HarnessError> {
 
 /// Does `work` on the current pool while its other threads look for jobs.
 ///
-/// All others look before the work begins. A thread that began later could do so inside a job,
-/// while the work waits for that job.
+/// All other threads start to look before the work begins. A thread that started later could do so
+/// inside a job, while the work waits for that job.
 fn awake<T>(work: impl FnOnce() -> T) -> T {
-    /// Tells the others that the work is over, also where it panicked.
+    /// Tells the other threads that the work is over, even if it panicked.
     struct End<'a>(&'a AtomicBool);
     impl Drop for End<'_> {
         fn drop(&mut self) {
@@ -97,7 +97,7 @@ fn awake<T>(work: impl FnOnce() -> T) -> T {
 mod processors {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-    /// The processors that the process may use, if there are so many; else none.
+    /// The processors that the process may use, if their number is `count`; else none.
     pub(super) fn all(count: usize) -> Vec<usize> {
         let Ok(set) = sched_getaffinity(None) else { return Vec::new() };
         let all: Vec<_> = (0..CpuSet::MAX_CPU).filter(|&processor| set.is_set(processor)).collect();
@@ -186,7 +186,7 @@ mod tests {
         let count = std::thread::available_parallelism().expect("a number").get();
         let all = rustix::thread::sched_getaffinity(None).expect("a set").count() as usize;
         if count < 2 || all != count {
-            return; // one processor, or a limit on the time of all: nothing to be kept to
+            return; // one processor, or a limit on their total time: no thread is pinned
         }
         let kept = processors(&team(count, 100_000));
         assert!(kept.iter().all(|set| set.len() == 1));

@@ -1,13 +1,13 @@
-//! Particles that may pass through an obstacle between two steps: contacts are found at the ends of
-//! steps alone.
+//! Finds particles that may have passed through an obstacle within a step. Methods find contacts
+//! only at the ends of steps.
 
 use crate::run::Moment;
 use drape_model::{Obstacle, State, System, Vec3};
 
-/// How far outside the surface a particle still touches it, m.
+/// Greatest distance outside the surface at which a particle still touches it, m.
 const TOUCHING: f64 = 1e-9;
 
-/// A particle and an obstacle that moved past each other by more than the obstacle is thick.
+/// A particle and an obstacle that moved past each other by more than the obstacle's thickness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passage {
     /// End of the step, s.
@@ -18,18 +18,18 @@ pub struct Passage {
     pub particle: usize,
     /// Index of the obstacle.
     pub obstacle: usize,
-    /// Its shape.
+    /// Shape of the obstacle.
     pub shape: &'static str,
-    /// Their way past each other in the step, m.
+    /// Length of their relative motion in the step, m.
     pub way: f64,
-    /// Its least extent, m.
+    /// Least extent of the obstacle, m.
     pub thickness: f64,
 }
 
 /// Finds the first passage of a run.
 #[derive(Clone, Debug)]
 pub struct Tunnels {
-    /// `None` where no obstacle is thin.
+    /// The state at the end of the last step; `None` where no obstacle has a finite thickness.
     before: Option<State>,
     first: Option<Passage>,
 }
@@ -39,7 +39,7 @@ fn is_thin(obstacle: &Obstacle) -> bool {
 }
 
 impl Tunnels {
-    /// Begins at the start of a run.
+    /// Starts to watch a run, at its start.
     pub fn new(system: &System, state: &State) -> Self {
         let is_possible = system.obstacles().iter().any(is_thin);
         Self { before: is_possible.then(|| state.clone()), first: None }
@@ -80,14 +80,14 @@ impl Tunnels {
     }
 }
 
-/// Steps of the march along a way: only ways that graze a surface need more than a few dozen.
+/// Most steps of the march along a way. Only ways that graze a surface need more than a few dozen.
 const MOST_STEPS: usize = 1000;
 /// Least step of the march, over the length of the way.
 const LEAST_STEP: f64 = 1e-6;
 
-/// Whether the way from one place to another, as the obstacle sees it, is longer than the obstacle
-/// is thick, and leads through it unseen: it begins outside and ends outside behind it, or inside
-/// where the nearest surface lies ahead.
+/// Whether a particle passes through an obstacle unseen on the way between two places, relative to
+/// the obstacle. The way is longer than the obstacle is thick, and begins outside it. It ends
+/// outside again, behind the obstacle, or inside it where the nearest surface lies ahead.
 fn passes(obstacle: &Obstacle, from: Vec3, to: Vec3) -> bool {
     let Some((center, radius)) = obstacle.bounding_ball() else { return false };
     let way = to - from;
@@ -102,16 +102,16 @@ fn passes(obstacle: &Obstacle, from: Vec3, to: Vec3) -> bool {
     let (outside, _) = obstacle.distance(&from);
     let (end, normal) = obstacle.distance(&to);
     if outside <= TOUCHING {
-        return false; // the contact is known
+        return false; // the method finds this contact
     }
     if end <= 0.0 {
-        return normal.dot(&way) > 0.0; // it will be led out on the other side
+        return normal.dot(&way) > 0.0; // the contact will push it out on the other side
     }
     enters(obstacle, from, way / length, length, outside)
 }
 
-/// Whether the way of this length enters the obstacle. No surface is nearer than the distance, so
-/// the march steps by it.
+/// Whether a way of this length enters the obstacle. No surface is nearer than the distance from
+/// the obstacle, so the march steps by this distance.
 fn enters(obstacle: &Obstacle, from: Vec3, along: Vec3, length: f64, outside: f64) -> bool {
     let mut place = outside;
     for _ in 0..MOST_STEPS {

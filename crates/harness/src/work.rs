@@ -1,30 +1,29 @@
-//! The work that pins, obstacles and wind do on a cloth, so that a gain of energy is seen beside
-//! it.
+//! The work that pins, obstacles and wind do on a cloth. A gain of energy shows only against it.
 //!
-//! | what drives | its work in a step of `h` |
+//! | cause | its work in a step of `h` |
 //! |---|---|
 //! | a led pin | `−f·Δx + ½ m Δ(v²)`, with the force `f` of the cloth on it |
-//! | the wind `w` | `h w·Σf` over the drag `f`; relative to the air drag only takes energy |
+//! | the wind `w` | `h w·Σf` over the drag `f`; relative to the air, drag only takes energy |
 //! | an obstacle that moves at `u` | `u·C`, with the impulse `C` of all contacts |
 //!
-//! `C = Σ (m Δv − h f)` over the particles that are not pinned: forces between them cancel, so the
+//! `C = Σ (m Δv − h f)` over the particles that are not pinned. Forces between them cancel, so the
 //! sum needs no knowledge of the contacts. Where obstacles move differently, `|C|` times the
 //! greatest speed is an upper limit.
 //!
-//! One-step methods tell the work of pins and contacts themselves, in the [ledger](EnergyLedger) of
-//! a step. It replaces the first and the last line where a run asks for it
-//! ([`Runner::ledger`](crate::Runner::ledger)). A stiff sheet that is locked needs it: the forces
-//! that its method used are far from those of its positions.
+//! One-step methods report the work of pins and contacts themselves, in the [ledger](EnergyLedger)
+//! of a step. The ledger replaces the first and the last line of the table where a run asks for it
+//! ([`Runner::ledger`](crate::Runner::ledger)). A stiff sheet that is locked needs the ledger: the
+//! forces that its method used are far from the forces at its positions.
 //!
-//! Other methods take `f` somewhere between the start and the end of the step. So two sums are
-//! kept, with the forces of the start and of the end of the steps, and the greater counts.
+//! Other methods take `f` somewhere between the start and the end of the step. So the balance keeps
+//! two sums, with the forces at the start and at the end of the steps, and the greater sum counts.
 
 use crate::run::Moment;
 #[cfg(doc)]
 use drape_integrator::EnergyLedger;
 use drape_model::{Level, State, System, Vec3};
 
-/// Compares the total energy of a driven run with that of its start and the work that came in.
+/// Compares the total energy of a driven run with the energy at its start plus the work on it.
 #[derive(Clone, Debug)]
 pub struct WorkBalance {
     /// Total energy at the start, J.
@@ -35,7 +34,7 @@ pub struct WorkBalance {
     next: Forces,
     /// Work so far by the forces at the start and at the end of the steps, J.
     work: [f64; 2],
-    /// Greatest rise above the start and the work so far, J.
+    /// Greatest rise above the energy at the start plus the work so far, J.
     excess: f64,
     /// Whether a step has moved particles by other means than forces.
     is_corrected: bool,
@@ -44,12 +43,12 @@ pub struct WorkBalance {
 /// Forces at a level.
 #[derive(Clone, Debug)]
 struct Forces {
-    /// On each particle, N.
+    /// Force on each particle, N.
     all: Vec<Vec3>,
     scratch: Vec<Vec3>,
     /// Work rate of the wind, W.
     wind: f64,
-    /// Sum over the particles that are not pinned, N.
+    /// Sum of the forces on the particles that are not pinned, N.
     free: Vec3,
 }
 
@@ -80,7 +79,7 @@ pub fn is_driven(system: &System) -> bool {
 }
 
 impl WorkBalance {
-    /// Begins at the start of a run.
+    /// Starts to watch a run, at its start.
     pub fn new(system: &System, state: &State) -> Self {
         let n = state.len();
         let mut last = Forces::new(n);
@@ -118,9 +117,9 @@ impl WorkBalance {
         self.excess = self.excess.max(total(system, state) - self.start - came_in);
     }
 
-    /// Greatest rise of the total energy above its start and the work that had come in, J. `None`
-    /// where a step moved particles by other means than forces, as Provot's correction does: its
-    /// pull on a pin is work that no force tells.
+    /// Greatest rise of the total energy above its start plus the work so far, J. `None` where a
+    /// step moved particles by other means than forces, as Provot's correction does. Its pull on a
+    /// pin is work that no force shows.
     pub fn excess(&self) -> Option<f64> {
         (!self.is_corrected).then_some(self.excess)
     }
@@ -130,7 +129,7 @@ fn total(system: &System, state: &State) -> f64 {
     system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
 }
 
-/// Work of a step with the forces of one of its ends, J.
+/// Work of a step, J, with the forces at one end of the step.
 fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) -> f64 {
     let mut work = h * forces.wind;
     for i in system.moving_pins().iter().map(|pin| pin.particle) {

@@ -1,13 +1,13 @@
-//! Measures how fast the lab is, as a page would see it over its socket, and makes the page
+//! Measures the speed of the lab as a page sees it over its socket, and makes the page
 //! `results/lab.md`.
 //!
 //! ```text
 //! cargo run --release --example rates -p drape-lab > results/lab.md
 //! ```
 //!
-//! It tells the pictures a second of each pane, the delay behind the clock, the share of the
-//! processor, and the memory after many sessions. The numbers depend on the machine, so nothing here
-//! passes or fails.
+//! It reports the pictures a second of each pane, the delay behind the clock, the share of the
+//! processor, and the memory after many sessions. The numbers depend on the machine, so nothing
+//! here passes or fails.
 
 use drape_harness::{Source, methods, provenance};
 use drape_lab::{Runs, Server};
@@ -24,9 +24,9 @@ use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-/// How long the rates of several panes, and of a large one, are measured.
+/// Time over which the rates of several panes, and of a large one, are measured.
 const LONG: Duration = Duration::from_secs(10);
-/// How long each method is measured.
+/// Time over which each method is measured.
 const SHORT: Duration = Duration::from_secs(3);
 /// Sessions that are opened and closed.
 const SESSIONS: u32 = 200;
@@ -78,7 +78,7 @@ impl Page {
     }
 }
 
-/// Seconds of processor time of this process; 0 where the system does not tell.
+/// Processor time of this process, s; 0 where the operating system does not report it.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let rest = text.rsplit(')').next().unwrap_or_default();
@@ -87,14 +87,14 @@ fn processor() -> f64 {
     (ticks(11).unwrap_or(0.0) + ticks(12).unwrap_or(0.0)) / 100.0
 }
 
-/// Memory of this process that is in use, MiB; 0 where the system does not tell.
+/// Memory of this process that is in use, MiB; 0 where the operating system does not report it.
 fn memory() -> f64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = text.split(' ').nth(1).and_then(|pages| pages.parse::<f64>().ok());
     pages.unwrap_or(0.0) * 4096.0 / f64::from(1 << 20)
 }
 
-/// What was seen of a pane.
+/// The measurements of a pane.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     /// Pictures a second.
@@ -103,13 +103,13 @@ struct Seen {
     behind: f64,
     /// Time of a step, µs.
     micros: f64,
-    /// Simulated seconds for one of computing.
+    /// Simulated seconds per second of computing.
     speed: f64,
     /// Whether it goes on.
     is_live: bool,
 }
 
-/// What was seen of a session.
+/// The measurements of a session.
 struct Rates {
     /// Share of one core.
     cores: f64,

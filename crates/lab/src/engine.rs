@@ -1,5 +1,5 @@
-//! A pane: one run that is shown. It knows no transport: a session tells it how far it may go and
-//! reads what it shows.
+//! A pane: one run that is shown. It does not depend on a transport. A session tells it how far it
+//! may go, and reads its state and numbers.
 
 use crate::files::Files;
 use crate::page::decides;
@@ -20,16 +20,16 @@ use std::time::{Duration, Instant};
 
 /// The page is shown a run at most this often.
 const SHOWN_EVERY: Duration = Duration::from_millis(30);
-/// Steps are timed over so long at least: the clock of a browser ticks every 0.1 ms.
+/// Steps are timed over at least this long, because the clock of a browser ticks every 0.1 ms.
 const MEASURED: Duration = Duration::from_millis(5);
-/// Coordinates beyond this are shown there, m.
+/// Greatest coordinate that is shown, m. Coordinates beyond are moved to it.
 const FAR: f64 = 1e6;
 
-/// How far a run is.
+/// The progress of a run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind", content = "sentence")]
 pub enum Phase {
-    /// The scene is built.
+    /// The scene is being built.
     #[default]
     Preparing,
     /// It can take a step.
@@ -49,22 +49,22 @@ impl Phase {
     }
 }
 
-/// A verdict on a run, also before its end.
+/// A verdict on a run, which may not have ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Opinion {
     /// The verdict.
     pub kind: Judged,
-    /// Whether the run is over. Before, theory says whether the cloth locks.
+    /// Whether the run is over. Until then, theory decides whether the cloth locks.
     pub is_final: bool,
-    /// What was measured, in a sentence.
+    /// The measurement behind the verdict, in a sentence.
     pub reason: String,
-    /// Why it is so, in a sentence.
+    /// The explanation of the verdict, in a sentence.
     pub why: String,
-    /// The line of the source that decides, as an address below that of the page.
+    /// Address, below that of the page, of the line of the source that decides the verdict.
     pub decides: String,
 }
 
-/// What a step did to the energy, summed over all steps, J.
+/// Changes of the energy by cause, summed over all steps, J.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Causes {
     damping: f64,
@@ -89,7 +89,7 @@ impl Causes {
 }
 
 /// The numbers of a run at the end of a step. Where a person moved the cloth by hand, steps and
-/// time count from the first start, all other sums from the last touch.
+/// time count from the first start. All other sums count from the last touch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Numbers {
     /// Completed steps.
@@ -98,7 +98,8 @@ pub struct Numbers {
     pub time: f64,
     /// Energy by kind, J; the last is the total.
     pub energy: Vec<(String, f64)>,
-    /// What changed the total energy since the start; `None` where the method does not tell.
+    /// The causes of the change of the total energy since the start; `None` where the method does
+    /// not report them.
     pub causes: Option<Causes>,
     /// Greatest length of a tension spring over its rest length, less 1.
     pub stretch: f64,
@@ -112,15 +113,15 @@ pub struct Numbers {
     pub all_cg_iterations: u64,
     /// Mean wall time of the last steps, µs a step.
     pub micros: f64,
-    /// Simulated seconds for a second of computing, since the start.
+    /// Simulated seconds per second of computing, since the start.
     pub times_real_time: f64,
     /// `h²k/m` of the stiffest spring.
     pub theta: f64,
-    /// Places of the obstacles that move, relative to their start, m.
+    /// Positions of the moving obstacles, relative to their start, m.
     pub offsets: Vec<[f64; 3]>,
 }
 
-/// What a run shows at the end of a step.
+/// The state of a run at the end of a step, as the page shows it.
 #[derive(Clone, Debug, Default)]
 pub struct Snapshot {
     /// Positions to draw, m.
@@ -135,7 +136,7 @@ pub struct Snapshot {
     pub opinion: Option<Opinion>,
 }
 
-/// What never changes in a run: the scene, and what to draw.
+/// The constant parts of a run: the scene, and the subject to draw.
 #[derive(Debug)]
 pub struct Scenery {
     /// The checked set-up.
@@ -162,7 +163,7 @@ impl Shared {
     }
 }
 
-/// A run that is shown. It ends after the present step once the pane is dropped.
+/// A run that is shown. Once the pane is dropped, the run ends after its present step.
 #[derive(Debug)]
 pub struct Pane {
     shared: Arc<Shared>,
@@ -177,13 +178,13 @@ impl Drop for Pane {
 }
 
 impl Pane {
-    /// Starts the run of a set-up of a bundled scene. It takes no step before
-    /// [`go_until`](Self::go_until). `None` if there are too many runs.
+    /// Starts the run of a set-up of a bundled scene. The run takes no step before
+    /// [`go_until`](Self::go_until). Returns `None` if too many runs exist.
     pub fn start(setup: Setup, runs: &Runs) -> Option<Self> {
         Self::start_with(setup, Arc::default(), runs)
     }
 
-    /// As [`start`](Self::start), with the files that the page was given.
+    /// As [`start`](Self::start), for a page that was given `files`.
     pub fn start_with(setup: Setup, files: Arc<Files>, runs: &Runs) -> Option<Self> {
         Self::begin(move || setup.stage_with(&files), 0.0, runs)
     }
@@ -213,22 +214,24 @@ impl Pane {
         Some(Self { shared, past })
     }
 
-    /// Lets the run take all steps that end until this simulated time, s.
+    /// Lets the run take all steps that end by this simulated time, s.
     pub fn go_until(&self, time: f64) {
         self.shared.gate.go_until(time - self.past);
     }
 
-    /// The scene, once it is built.
+    /// The scene; `None` until it is built.
     pub fn scenery(&self) -> Option<&Scenery> {
         self.shared.scenery.get().map(Arc::as_ref)
     }
 
-    /// What the run shows, with a number that grows with each change.
+    /// The present state of the run: a number that grows with each change, the progress, and the
+    /// state at the end of a step.
     pub fn look(&self) -> (u64, Phase, Arc<Snapshot>) {
         lock(&self.shared.shown).clone()
     }
 
-    /// The time at the end of the next step, s; `None` if there is none or it is not known yet.
+    /// The time at the end of the next step, s; `None` if no step follows or the time is not known
+    /// yet.
     pub fn next(&self) -> Option<f64> {
         let (_, phase, snapshot) = self.look();
         let time = self.scenery()?.stage.time;
@@ -237,12 +240,12 @@ impl Pane {
     }
 }
 
-/// The time at the end of the step after `time`.
+/// The time at the end of the step that begins at `time`, s.
 pub(crate) fn next(time: f64, span: TimeSpan) -> f64 {
     (time + span.step_s).min(span.duration_s)
 }
 
-/// Positions as the page gets them.
+/// Positions in the format that the page gets, m.
 pub(crate) fn shown(positions: &[Vec3]) -> Vec<[f32; 3]> {
     let near = |c: f64| if c.is_finite() { c.clamp(-FAR, FAR) as f32 } else { 0.0 };
     positions.iter().map(|x| [near(x.x), near(x.y), near(x.z)]).collect()
@@ -338,7 +341,7 @@ impl Run for Worker {
     }
 }
 
-/// What is seen of a run: its numbers and verdicts.
+/// Observes a run, and makes its numbers and verdicts.
 struct Sight {
     shared: Arc<Shared>,
     scenery: Arc<Scenery>,
@@ -348,15 +351,16 @@ struct Sight {
     /// Whether pins, obstacles or wind do work.
     is_driven: bool,
     theta: f64,
-    /// Greatest step of the effects that the method takes at the old time level, s.
+    /// Greatest step that the effects at the old time level allow, s.
     limit: f64,
     advice: Option<String>,
     extremes: Option<Extremes>,
     causes: Option<Causes>,
     all_cg_iterations: u64,
-    /// When the run was shown last.
+    /// The moment at which the run was last shown.
     last: Instant,
-    /// Steps, and wall time of their calls, when the time of a step was last measured.
+    /// Number of steps, and wall time of their calls, at the last measurement of the time of a
+    /// step.
     measured: (u64, Duration),
     micros: f64,
     /// Time at the end of the last step, s.
@@ -371,7 +375,8 @@ impl Sight {
         StepEnd(next(self.now, time), time.step_s)
     }
 
-    /// The end of a step: shows it if it is time, or if the run must wait there.
+    /// Handles the end of a step. Shows it if the last one shown is old enough, or if the run must
+    /// wait there.
     fn look(&mut self, moment: &Moment<'_>) {
         if let Some(ledger) = &moment.ledger {
             self.causes.get_or_insert_default().add(ledger);
@@ -382,7 +387,7 @@ impl Sight {
         if must_wait || self.last.elapsed() >= SHOWN_EVERY {
             let iterations = moment.report.cg_iterations;
             let snapshot = self.snapshot(moment.moving(), moment.step, iterations, moment.wall);
-            // States that are not finite stay unseen; the end of the run says that it diverged.
+            // States that are not finite are not shown; the end of the run says that it diverged.
             if moment.moving().is_finite() {
                 self.shared.show(Phase::Ready, Some(snapshot));
             }
@@ -433,11 +438,11 @@ impl Sight {
         Snapshot { shown, numbers, step, state: Some(state), opinion }
     }
 
-    /// The verdict before the end: what was measured of the energy, and what theory expects of the
-    /// motion.
+    /// The verdict before the end. It rests on the measured energy and on the motion that theory
+    /// predicts.
     fn opinion(&self) -> Opinion {
         let choice = &self.scenery.stage.choice;
-        // Where work comes in, only the balance at the end tells a gain.
+        // Where pins, obstacles or wind do work, only the balance at the end shows a gain.
         let extremes = self.extremes.filter(|_| !self.is_driven);
         let gain = extremes
             .and_then(|extremes| energy_gain(extremes, choice, self.rule, self.start, None));
@@ -465,7 +470,7 @@ impl Sight {
         Opinion { kind, is_final: true, reason, why: self.why(kind), decides: decides(kind) }
     }
 
-    /// Why a verdict is so, in a sentence.
+    /// The explanation of a verdict, in a sentence.
     fn why(&self, kind: Judged) -> String {
         let (step, id) = (self.scenery.stage.time.step_s, self.scenery.stage.choice.method().id);
         let ratio = step / self.limit;

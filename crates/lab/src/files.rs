@@ -1,7 +1,7 @@
 //! Scenes, frozen systems and meshes that a person gave to a page.
 //!
-//! **No file of the server is read.** A scene may name a mesh; it is taken from the files that the
-//! same page was given, by its name. A scene that names another file is refused.
+//! **No file of the server is read.** A scene may name a mesh. The lab takes the mesh of that name
+//! from the files that the same page was given. It refuses a scene that names any other file.
 
 use crate::limits;
 use crate::setup::{Source, refuse};
@@ -14,7 +14,7 @@ use serde_json::value::RawValue;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What stands before the name of a file where the name of a scene is expected.
+/// Prefix of a file's name where the name of a scene is expected.
 pub const PREFIX: &str = "file:";
 
 /// Assumptions about a mesh that comes without a scene. Coordinates are metres.
@@ -23,22 +23,22 @@ const STIFFNESS_PER_S2: f64 = 1e4;
 const DAMPING_PER_S: f64 = 4.0;
 const GRAVITY_M_S2: f64 = 9.81;
 const TIME: TimeSpan = TimeSpan { step_s: 0.01, duration_s: 2.0 };
-/// What a mesh's scene says about them.
+/// The keys of a mesh's scene whose values are such assumptions.
 const ASSUMED: [&str; 5] =
     ["cloth.mesh.areal_density_kg_m2", "effects.tension", "effects.gravity", "pins", "time"];
-/// Particles this share of the height below the highest one are as high.
+/// Particles below the highest one by at most this share of the height count as equally high.
 const LEVEL: f64 = 1e-6;
 
 /// A file that can be shown.
 #[derive(Clone, Debug)]
 pub struct Dropped {
-    /// The scene or the frozen system that it holds or, for a mesh, that was made around it.
+    /// The scene or the frozen system in the file. For a mesh, the scene that was made around it.
     pub source: Source,
     /// Name of the mesh that the scene reads, if any.
     pub mesh: Option<String>,
     /// Whether the file is the scene itself, and not a mesh.
     pub is_scene: bool,
-    /// What drape did to a mesh, or assumed about it.
+    /// The repairs of a mesh, and the assumptions about it, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -53,10 +53,10 @@ pub struct Files {
 /// Why a file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The name, the kind or the size of the file.
+    /// The name, the kind or the size of the file was refused.
     #[error(transparent)]
     Violation(#[from] Violation),
-    /// Its content.
+    /// Its content was refused.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
@@ -73,10 +73,10 @@ impl Files {
         self.shown.get(name)
     }
 
-    /// Takes a file; one of the same name is replaced.
+    /// Takes a file. It replaces a file of the same name.
     ///
     /// # Errors
-    /// The first fault: of the name, the size or the content.
+    /// [`FileError`] for the first fault of the name, the size or the content.
     pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<&Arc<Dropped>, FileError> {
         let is_plain = |c: char| !c.is_control() && !"/\\:".contains(c);
         let is_name = !name.trim().is_empty()
@@ -135,7 +135,7 @@ impl Files {
             let (source, is_scene) = (of_file(file), true);
             Dropped { source, mesh: None, is_scene, notes: Vec::new() }
         };
-        // A text that is no scene is a frozen system or faulty; neither leads to another file.
+        // A text that is no scene is a frozen system, or it is faulty. Neither names another file.
         let Ok(scene) = serde_json::from_str::<Scene>(text) else {
             return Ok(plain(drape_model::parse(name, text)?));
         };
@@ -167,7 +167,7 @@ impl Files {
         let Cloth::Mesh(mesh) = &mut scene.cloth else {
             return Err(invalid(refuse("cloth", "no mesh", "a mesh")));
         };
-        // A scene stands beside its mesh or above it; a page knows no folders.
+        // A scene may lie beside its mesh or in a folder above it, but a page has no folders.
         let file = mesh.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
         let Some(bytes) = self.meshes.get(&file) else {
             let expected = format!("a mesh that this page was given: drop {file} together with it");
@@ -207,8 +207,8 @@ fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
     })
 }
 
-/// Checks the keys of a scene as `drape run` does, without its mesh: the text is read with the name
-/// of a bundled mesh that does not exist in place of the file.
+/// Checks the keys of a scene as `drape run` does, without its mesh. To do so, it reads the text
+/// with the name of a bundled mesh that does not exist in place of the file.
 fn check_keys(name: &str, text: &str) -> Result<(), SceneError> {
     type Keys<'a> = BTreeMap<String, &'a RawValue>;
     let inside = |text: &'_ str, key: &str| -> Option<(usize, usize)> {
@@ -231,7 +231,8 @@ fn check_keys(name: &str, text: &str) -> Result<(), SceneError> {
     }
 }
 
-/// A cloth of a mesh alone. It hangs by its highest particles with the least and greatest `x`.
+/// A cloth from a mesh without a scene. It hangs by those of its highest particles that have the
+/// least and the greatest `x`.
 fn of_mesh(name: &str, bytes: &[u8]) -> Result<Dropped, SceneError> {
     let invalid = |violation| SceneError::Invalid { file: name.to_owned(), violation };
     let mut mesh = MeshCloth::of_file(name);
@@ -273,14 +274,14 @@ fn of_mesh(name: &str, bytes: &[u8]) -> Result<Dropped, SceneError> {
     Ok(Dropped { source, mesh: Some(name.to_owned()), is_scene: false, notes })
 }
 
-/// Of the highest particles that with the least `x` and that with the greatest; of several the
-/// first.
+/// The highest particle with the least `x` and the one with the greatest `x`. Of several such
+/// particles, the first.
 fn highest(places: &[[f64; 3]]) -> Vec<u32> {
     let heights = || places.iter().map(|x| x[2]);
     let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::MIN, f64::max));
     let size: Vec3 = places.iter().fold(Vec3::zeros(), |size, &x| size.sup(&Vec3::from(x).abs()));
     let bound = high - LEVEL * (high - low).max(size.amax());
-    // In a flat cloth all are as high: the lower edge in y is one of them.
+    // In a flat cloth all particles are equally high, and so is the lower edge in y.
     let top = || (0_u32..).zip(places).filter(|(_, x)| x[2] >= bound);
     let by = |sign: f64| {
         let key = |x: &[f64; 3]| (sign * x[0], x[1]);

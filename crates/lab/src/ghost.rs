@@ -1,8 +1,8 @@
 //! A reference solution on a thread of its own, to be laid over panes.
 //!
-//! It is the true motion of the study `animation`: the leapfrog method, which is explicit and of
-//! second order, at a quarter of its stability limit. Its steps divide those of the pane, so both
-//! have the same times.
+//! It is computed as the true motion of the study `animation`: by the leapfrog method, which is
+//! explicit and of second order, at a quarter of its stability limit. Its steps divide the steps of
+//! the pane evenly, so it reaches all times of the pane.
 
 use crate::engine::{next, shown};
 use crate::files::Files;
@@ -44,7 +44,7 @@ impl Shared {
     }
 }
 
-/// A reference solution. It ends after the present step once the ghost is dropped.
+/// A reference solution. Once the ghost is dropped, its run ends after the present step.
 #[derive(Debug)]
 pub struct Ghost {
     shared: Arc<Shared>,
@@ -57,7 +57,8 @@ impl Drop for Ghost {
 }
 
 impl Ghost {
-    /// Starts the reference of a set-up, whatever its method. `None` if there are too many runs.
+    /// Starts the reference of a set-up, which does not depend on its method. `None` if too many
+    /// runs exist.
     pub fn start(setup: &Setup, files: &Arc<Files>, runs: &Runs) -> Option<Self> {
         let ticket = runs.enter()?;
         let shared = Arc::new(Shared::default());
@@ -74,12 +75,13 @@ impl Ghost {
         Some(Self { shared })
     }
 
-    /// Lets it take all steps that end until this simulated time, s.
+    /// Lets the reference take all steps that end by this simulated time, s.
     pub fn go_until(&self, time: f64) {
         self.shared.gate.go_until(time);
     }
 
-    /// The positions at a time at the end of a step of the panes, s, while they are kept.
+    /// The positions, m, at the end of the step of the panes that ends at `time`, s. `None` unless
+    /// they are kept.
     pub fn at(&self, time: f64) -> Option<Arc<Vec<[f32; 3]>>> {
         let inside = self.shared.lock();
         let late = LATE * inside.step;
@@ -88,7 +90,7 @@ impl Ghost {
         ((t - time).abs() <= late).then(|| kept.clone())
     }
 
-    /// Whether it has not reached a time that it will reach, s.
+    /// Whether the reference has yet to reach `time`, s.
     pub fn is_behind(&self, time: f64) -> bool {
         let inside = self.shared.lock();
         let reached = inside.kept.back().map_or(f64::NEG_INFINITY, |(t, _)| *t);
@@ -101,7 +103,8 @@ impl Ghost {
     }
 }
 
-/// Root of the mean square of the distances of the particles, m; `None` for different numbers.
+/// Root mean square of the distances of the particles, m. `None` where the numbers of particles
+/// differ or are 0.
 pub fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> Option<f64> {
     let square = |(p, q): (&[f32; 3], &[f32; 3])| {
         p.iter().zip(q).map(|(p, q)| f64::from(p - q).powi(2)).sum::<f64>()
@@ -110,7 +113,7 @@ pub fn distance(a: &[[f32; 3]], b: &[[f32; 3]]) -> Option<f64> {
     is_same.then(|| (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt())
 }
 
-/// Steps of the reference in one of the pane.
+/// Number of steps of the reference in one step of the pane.
 fn substeps(stage: &Stage, simulation: &OrderedSimulation) -> Result<u64, Violation> {
     let step = stage.time.step_s;
     let limit = simulation.explicit_numbers().limit();
@@ -134,9 +137,9 @@ struct Worker {
     simulation: OrderedSimulation,
     steps: Option<Steps>,
     time: TimeSpan,
-    /// Its steps in one of the pane.
+    /// Number of its steps in one step of the pane.
     parts: u64,
-    /// Most times that are kept.
+    /// Most times whose positions are kept.
     most: usize,
     /// Time at the end of its last step, s.
     now: f64,

@@ -28,8 +28,8 @@ pub struct Told {
     equation_file: String,
     code: String,
     code_file: String,
-    /// Step size, s, and the factor by which a step multiplies the motion. A factor that is beyond
-    /// all numbers is left out.
+    /// Pairs of a step size, s, and the factor by which such a step multiplies the motion. Factors
+    /// that are not finite are left out.
     radii: Vec<(f64, f64)>,
     panes: Vec<Setup>,
     question: String,
@@ -38,7 +38,7 @@ pub struct Told {
     attempt: &'static str,
     /// The command that repeats the first pane.
     repeat: String,
-    /// File that the command reads; `None` for a bundled scene.
+    /// Name of the file that the command reads; `None` for a bundled scene.
     file: Option<String>,
     /// The crate whose documentation explains the method.
     docs: &'static str,

@@ -1,8 +1,8 @@
 //! The lab: methods side by side on the same cloth, live in the browser.
 //!
-//! **What it shows.** Two to six *panes*. Each is a run of one method on one scene. All panes share
-//! a clock, so that one can see which method explodes, stands still or follows the motion. Each has
-//! its numbers and the verdict of `drape run` with a sentence that says why.
+//! **What it shows.** One to six *panes*. Each pane is a run of one method on one scene. All panes
+//! share a clock, so that a person sees which method explodes, stands still or follows the motion.
+//! Each pane has its numbers, and the verdict of `drape run` with a sentence that explains it.
 //!
 //! **How the code does it.**
 //!
@@ -12,18 +12,18 @@
 //!                 WebSocket   clock       step by step
 //! ```
 //!
-//! | file | what it holds |
+//! | file | content |
 //! |---|---|
 //! | [`setup`] | a scene with the knobs turned, a method, and the command that repeats them |
 //! | [`files`] | scenes and meshes that were dropped on the page |
-//! | [`engine`] | a run that is shown; it knows no transport |
-//! | `work` | runs beside those who look: a thread for each, or all in turns |
+//! | [`engine`] | a run that is shown; it does not depend on the transport |
+//! | `work` | runs in the background: a thread for each, or all in turns |
 //! | [`ghost`] | a reference solution to lay over panes |
-//! | [`session`] | the panes of a page and their clock; it knows no transport |
-//! | [`lessons`] | what the page shows of a lesson, and how answers are marked |
-//! | [`messages`] | what page and server say to each other |
-//! | [`server`] | the transport, and who may use it |
-//! | [`limits`] | how much a page may ask for |
+//! | [`session`] | the panes of a page and their clock; it does not depend on the transport |
+//! | [`lessons`] | lessons as the page shows them, and the marks for answers |
+//! | [`messages`] | the messages between page and server |
+//! | [`server`] | the transport, and the checks of who may use it |
+//! | [`limits`] | the limits on the requests of a page |
 //! | `page/` | the page in TypeScript, and `lab.js`, which is built from it |
 //!
 //! A pane makes the run of `drape run`, with an observer that waits between two steps. So a pane and
@@ -31,12 +31,12 @@
 //! checks this.
 //!
 //! **A cloth that is moved by hand.** A pin cannot begin or end within a run. So each touch freezes
-//! the pane and starts a new run from there: with a pin on a short path while a particle is led,
-//! without it once the particle is let go. Each of these runs is what `drape run` makes of the
-//! frozen system, bit for bit. A method of several steps begins anew with each of them. A knob that
-//! is turned while the panes go on freezes them in the same way.
+//! the pane and starts a new run from there. While a particle is led, the run has a pin on a short
+//! path; once the particle is let go, it has none. Each of these runs equals the run of `drape run`
+//! on the frozen system, bit for bit. A method of several steps begins anew with each run. A knob
+//! that is turned while the panes go on freezes them in the same way.
 //!
-//! **What it cannot do.** A step that has begun cannot be stopped: a run that was closed ends after
+//! **What it cannot do.** A step that has begun cannot be stopped. A run that was closed ends after
 //! its present step.
 
 pub mod engine;

@@ -1,10 +1,10 @@
-//! How much a page may ask for.
+//! The limits on the requests of a page.
 
 /// Most panes of a session.
 pub const PANES: usize = 6;
 /// Most sessions at a time.
 pub const SESSIONS: usize = 8;
-/// Most runs at a time, of all sessions: each pane may have a reference beside it, and a run that
+/// Most runs at a time, of all sessions. Each pane may have a reference beside it, and a run that
 /// was closed counts until its step ends.
 pub const RUNS: usize = 4 * SESSIONS * PANES;
 /// Most particles of a cloth.
@@ -41,7 +41,7 @@ pub const FILE_MESSAGE_BYTES: usize = FILE_BYTES + NAME_BYTES + 4;
 pub const GRAVITY_M_S2: (f64, f64) = (0.0, 1000.0);
 /// Components of the wind, m/s.
 pub const WIND_M_S: (f64, f64) = (-100.0, 100.0);
-/// Greatest way of a particle that is led by hand, along an axis, m.
+/// Greatest displacement along an axis of a particle that is led by hand, m.
 pub const WAY_M: f64 = 1000.0;
 /// Most bytes of positions that a reference solution keeps.
 pub const GHOST_BYTES: usize = 32 << 20;

@@ -1,5 +1,5 @@
-//! What the page and the server say to each other: JSON in both directions, and binary frames with
-//! positions.
+//! The messages between the page and the server: JSON in both directions, binary frames with
+//! positions to the page, and binary messages with files from it.
 
 use crate::engine::{Numbers, Opinion, Phase, Scenery};
 use crate::files::{Dropped, PREFIX};
@@ -10,7 +10,7 @@ use drape_harness::{bundled, lessons, methods, presets};
 use drape_integrator::Kind;
 use serde::{Deserialize, Serialize};
 
-/// What the page asks for.
+/// A request of the page.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
@@ -18,30 +18,30 @@ pub enum Request {
     Open {
         /// Their set-ups.
         panes: Vec<Setup>,
-        /// Whether they go on from where they are, if all of them can. Otherwise they begin at
-        /// time 0.
+        /// Whether the panes go on from their present states, if all of them can. Otherwise they
+        /// begin at time 0.
         #[serde(default)]
         keep: bool,
     },
     /// Let time pass.
     Play {},
-    /// Stop it.
+    /// Stop time.
     Pause {},
     /// Let every pane take a step.
     Step {},
     /// Begin again at time 0.
     Restart {},
-    /// How fast time passes.
+    /// Set how fast time passes.
     Rate {
-        /// Simulated seconds in a second.
+        /// Simulated seconds per second.
         rate: f64,
     },
-    /// Whether fast panes wait for slow ones.
+    /// Set whether fast panes wait for slow ones.
     Wait {
-        /// Whether they do.
+        /// Whether they wait.
         wait: bool,
     },
-    /// How to repeat a pane.
+    /// Tell how to repeat a pane.
     Repeat {
         /// Number of the pane, from 0.
         pane: usize,
@@ -53,7 +53,7 @@ pub enum Request {
         /// Id of its method.
         id: String,
     },
-    /// Whether an answer is right.
+    /// Mark an answer.
     Answer {
         /// Id of the method of the lesson.
         lesson: String,
@@ -64,23 +64,23 @@ pub enum Request {
     Lead {
         /// Its index.
         particle: u32,
-        /// Its way since it was gripped, m.
+        /// Its displacement since it was gripped, m.
         by: [f64; 3],
     },
-    /// Let go of it.
+    /// Let go of the particle.
     LetGo {},
-    /// Whether a reference solution is laid over the panes.
+    /// Set whether a reference solution is laid over the panes.
     Ghost {
-        /// Whether it is.
+        /// Whether it is laid over them.
         on: bool,
     },
 }
 
-/// What the server tells.
+/// A message of the server.
 #[derive(Debug, Serialize)]
 #[serde(tag = "tell", rename_all = "snake_case")]
 pub enum Reply<'a> {
-    /// What can be chosen; the first message.
+    /// The first message: the scenes, methods and ranges from which the page can choose.
     Hello {
         /// Version of drape.
         version: &'a str,
@@ -91,7 +91,7 @@ pub enum Reply<'a> {
         /// Ranges of the knobs.
         limits: Limits,
     },
-    /// What to draw in a pane.
+    /// The scene to draw in a pane.
     Scenery {
         /// Number of the pane.
         pane: usize,
@@ -114,21 +114,21 @@ pub enum Reply<'a> {
         /// The method with all settings.
         method: String,
     },
-    /// How a pane is.
+    /// The status of a pane.
     Status {
         /// Number of the pane.
         pane: usize,
         /// Number of the run.
         run: u32,
-        /// How far it is.
+        /// Its progress.
         phase: &'a Phase,
         /// Its numbers.
         numbers: &'a Numbers,
         /// The verdict so far.
         verdict: Option<&'a Opinion>,
-        /// How far it is behind the clock of the session, s.
+        /// Its delay behind the clock of the session, s.
         behind: f64,
-        /// Root of the mean square distance to the reference solution, m.
+        /// Root mean square distance of the particles from the reference solution, m.
         distance: Option<f64>,
         /// Why there is no reference solution, if one was asked for.
         ghost: Option<String>,
@@ -137,7 +137,7 @@ pub enum Reply<'a> {
     Clock {
         /// Time, s.
         time: f64,
-        /// Whether it runs.
+        /// Whether the clock runs.
         playing: bool,
         /// Simulated seconds in a second.
         rate: f64,
@@ -148,14 +148,14 @@ pub enum Reply<'a> {
     Repeat {
         /// Number of the pane.
         pane: usize,
-        /// How.
+        /// The command and its files.
         repeat: Box<Repeat>,
     },
     /// A file was taken.
     Dropped {
         /// Its scene; the name begins with `file:`.
         scene: SceneChoice,
-        /// What was mended or assumed, in sentences.
+        /// The repairs and assumptions, in sentences.
         notes: &'a [String],
     },
     /// All lessons.
@@ -168,13 +168,13 @@ pub enum Reply<'a> {
         /// The lesson.
         lesson: Box<Told>,
     },
-    /// Whether an answer is right.
+    /// The mark for an answer.
     Marked {
         /// Id of the method of the lesson.
         lesson: &'static str,
-        /// Whether it is.
+        /// Whether the answer is right.
         right: bool,
-        /// What to say.
+        /// The sentence to show.
         sentence: String,
     },
     /// A request was refused.
@@ -218,7 +218,7 @@ pub struct MethodChoice {
     settings: Vec<SettingChoice>,
 }
 
-/// Settings of a method under a name.
+/// Named settings of a method.
 #[derive(Debug, Serialize)]
 pub struct PresetChoice {
     name: &'static str,
@@ -239,11 +239,11 @@ pub struct SettingChoice {
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Values {
-    /// Numbers from the first to the second; also 0 if `is_optional`.
+    /// Numbers from the first to the second of `range`, and also 0 if `is_optional`.
     Number {
         /// The range.
         range: (f64, f64),
-        /// Whether 0 stands for off.
+        /// Whether 0 switches the setting off.
         is_optional: bool,
         /// Whether they are whole.
         is_whole: bool,
@@ -353,7 +353,7 @@ pub fn hello() -> Reply<'static> {
     }
 }
 
-/// What to draw in a pane.
+/// The message with the scene to draw in a pane.
 pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
     let Scenery { stage, subject } = scenery;
     let solid = |solid: &drape_render::Solid| {
@@ -381,17 +381,17 @@ pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
     }
 }
 
-/// Whose positions a frame holds.
+/// The owner of the positions in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
-    /// Those of the pane.
+    /// The pane.
     Pane,
-    /// Those of the reference solution at the same time.
+    /// The reference solution at the same time.
     Ghost,
 }
 
-/// A file from the page: the length of its name (u32, little-endian), the name, the content. `None`
-/// if the bytes are no such message.
+/// The name and the content of a file, from a message of the page: the length of the name (u32,
+/// little-endian), the name, the content. `None` if the bytes are no such message.
 pub fn file(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;

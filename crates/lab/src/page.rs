@@ -30,7 +30,7 @@ pub(crate) const ASSETS: [Asset; 3] = [
     },
 ];
 
-/// What the page may load and whom it may talk to: this server alone.
+/// The content security policy: the page loads from this server alone and talks to it alone.
 #[cfg(feature = "server")]
 pub(crate) const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
      img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; \

@@ -1,10 +1,11 @@
-//! The transport: HTTP for the page, a WebSocket for each session; on the loopback address alone.
+//! The transport: HTTP for the page and a WebSocket for each session, on the loopback address
+//! alone.
 //!
-//! | what is checked | why |
+//! | check | reason |
 //! |---|---|
 //! | the server listens on 127.0.0.1 | no other machine reaches it |
 //! | the address holds a random token | no other user of this machine knows it |
-//! | `Host` names this server | a name that another site turns to 127.0.0.1 does not |
+//! | `Host` names this server | another site may point its own name to 127.0.0.1 |
 //! | `Origin` of a socket is this server | a page of another site cannot open one |
 //! | size of messages, number of sessions, panes, particles and steps | [`crate::limits`] |
 
@@ -29,7 +30,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 /// Time between two looks at the panes.
 const TICK: Duration = Duration::from_millis(33);
-/// A page that takes no message for so long is gone.
+/// A page that takes no message for this long counts as gone.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Bytes of the token.
 const TOKEN_BYTES: usize = 16;
@@ -56,7 +57,7 @@ impl Server {
     /// Listens on a port of the loopback address; 0 takes any free one.
     ///
     /// # Errors
-    /// If the port is taken, or the system has no random numbers.
+    /// An I/O error if the port is taken, or if the operating system gives no random numbers.
     pub fn bind(port: u16) -> Result<Self, Error> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let address = listener.local_addr()?;
@@ -77,10 +78,10 @@ impl Server {
         self.runs.clone()
     }
 
-    /// Answers until `end` is ready.
+    /// Answers requests until `end` is ready.
     ///
     /// # Errors
-    /// If the system refuses threads or sockets.
+    /// An I/O error if the operating system refuses threads or sockets.
     pub fn serve(self, end: impl Future<Output = ()> + Send + 'static) -> Result<(), Error> {
         let shared = Shared {
             token: self.token.into(),
@@ -116,7 +117,7 @@ fn router(shared: Shared) -> Router {
         .with_state(shared)
 }
 
-/// What a person reads who came without the token.
+/// The text for a person who came without the token.
 const OPEN: &str = "Open the address that `drape lab` printed: it holds a token.";
 
 fn refuse(code: StatusCode, sentence: &str) -> Response {
@@ -130,22 +131,23 @@ impl Shared {
         ["127.0.0.1", "localhost"].iter().any(|host| name == format!("{host}:{}", self.port))
     }
 
-    /// Compares in a time that does not depend on the first difference.
+    /// Compares a token with that of this server, in a time that does not depend on the place of
+    /// the first difference.
     fn knows(&self, token: &str) -> bool {
         let pairs = token.bytes().zip(self.token.bytes());
         token.len() == self.token.len() && pairs.fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
     }
 }
 
-/// The one value of a header; `None` if it is missing, doubled or no text.
+/// The only value of a header; `None` if the header is missing, doubled or no text.
 fn only(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
     values.next().is_none().then_some(value)
 }
 
-/// Refuses requests under a name that is not this server's, and sends all answers with the headers
-/// that keep the page to itself.
+/// Refuses requests under another name than this server's. Adds to all answers the headers that
+/// isolate the page from other sites.
 async fn check_host(State(shared): State<Shared>, request: Request, next: Next) -> Response {
     let is_own = only(request.headers(), header::HOST).is_some_and(|host| shared.is_own(host));
     let mut response = if is_own {
@@ -227,7 +229,7 @@ async fn converse(mut socket: WebSocket, mut session: Session) {
     loop {
         let told = tokio::select! {
             message = socket.recv() => match message {
-                // Only files may be long.
+                // Only messages with files may be long.
                 Some(Ok(Message::Text(text))) if text.len() > limits::MESSAGE_BYTES => return,
                 Some(Ok(Message::Text(text))) => session.receive(&text),
                 Some(Ok(Message::Binary(bytes))) => {

@@ -1,4 +1,4 @@
-//! What one page sees: its panes, and the clock that they share.
+//! The session of one page: its panes, and the clock that they share.
 
 use crate::engine::{Pane, Phase, Snapshot};
 use crate::files::Files;
@@ -11,11 +11,11 @@ use crate::work::{LATE, Runs};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-/// Time that passes in one tick at most, s: a page that was asleep does not jump.
+/// Most time that passes in one tick, s, so that a page that was asleep does not jump.
 const LONGEST_TICK: f64 = 0.1;
-/// Steps that a led particle takes at least to where the hand is.
+/// Least number of steps in which a led particle reaches the place of the hand.
 const LEAD_STEPS: f64 = 2.0;
-/// Time in which it gets there, s of the person's time.
+/// Time in which a led particle reaches the place of the hand, s of the person's time.
 const LEAD_S: f64 = 0.066;
 
 /// A message to the page.
@@ -27,7 +27,7 @@ pub enum Out {
     Binary(Vec<u8>),
 }
 
-/// A pane with what the page knows of it.
+/// A pane, and the messages about it that the page has got.
 #[derive(Debug)]
 struct Shown {
     pane: Pane,
@@ -35,11 +35,11 @@ struct Shown {
     has_scenery: bool,
     /// Number of the last state that was sent, from 1.
     seen: u64,
-    /// Its reference among those of the session.
+    /// Index of its reference among those of the session.
     ghost: Option<usize>,
-    /// Whether the last state was sent with all that is known of the reference.
+    /// Whether the last state was sent with the positions or the refusal of its reference.
     has_ghost: bool,
-    /// Where the led particle was when it was gripped, m.
+    /// Position of the led particle when it was gripped, m.
     grip: Option<[f64; 3]>,
 }
 
@@ -47,9 +47,9 @@ struct Shown {
 #[derive(Clone, Copy, Debug)]
 struct Hand {
     particle: u32,
-    /// Its way since the grip, m.
+    /// Its displacement since the grip, m.
     by: [f64; 3],
-    /// Whether the panes know it.
+    /// Whether the panes follow it already.
     is_known: bool,
     lets_go: bool,
 }
@@ -75,7 +75,7 @@ pub struct Session {
 }
 
 fn text(reply: &Reply<'_>) -> Out {
-    // All keys are texts, so nothing can fail.
+    // All keys are texts, so this cannot fail.
     Out::Text(serde_json::to_string(reply).unwrap_or_default())
 }
 
@@ -101,12 +101,12 @@ impl Session {
 
     /// The first message to the page.
     pub fn greet(&self) -> Out {
-        // It is the same for all pages, and takes a while: every bundled scene is read.
+        // The message is the same for all pages, and takes a while: it reads every bundled scene.
         static HELLO: OnceLock<Out> = OnceLock::new();
         HELLO.get_or_init(|| text(&hello())).clone()
     }
 
-    /// Does what the page asks for.
+    /// Handles a request of the page and returns the answers.
     pub fn receive(&mut self, message: &str) -> Vec<Out> {
         let done = serde_json::from_str(message)
             .map_err(|error| format!("the message is no request: {error}"))
@@ -124,7 +124,7 @@ impl Session {
                             a name, the name and the content of a file";
             return text(&Reply::Refused { sentence: sentence.to_owned() });
         };
-        // Panes that still read the files before keep those.
+        // Panes that still read the previous files keep them.
         match Arc::make_mut(&mut self.files).add(name, content) {
             Ok(taken) => text(&dropped(name, taken)),
             Err(error) => text(&Reply::Refused { sentence: error.to_string() }),
@@ -193,7 +193,7 @@ impl Session {
         Ok(Vec::new())
     }
 
-    /// Takes what the hand wants; the next tick does it.
+    /// Notes a movement of the hand; the next tick makes the panes follow it.
     fn lead(&mut self, particle: u32, by: [f64; 3]) -> Result<(), String> {
         let most = limits::WAY_M;
         if let Some(way) = by.iter().find(|way| way.is_nan() || way.abs() > most) {
@@ -208,7 +208,7 @@ impl Session {
         Ok(())
     }
 
-    /// Does what the hand wants, once every pane has moved since the last time.
+    /// Makes the panes follow the hand, once every pane has moved since the last movement.
     fn follow_hand(&mut self) {
         let Some(hand) = self.hand.filter(|hand| !hand.is_known) else { return };
         let has_moved = |shown: &Shown| {
@@ -253,8 +253,8 @@ impl Session {
         self.hand = (!hand.lets_go).then_some(Hand { is_known: true, ..hand });
     }
 
-    /// Lets the cloth of every pane go on under its new set-up. Says false, and changes nothing, if
-    /// one cannot.
+    /// Lets the cloth of every pane go on under its new set-up. Returns `false` and changes nothing
+    /// if one of them cannot.
     fn go_on(&mut self, before: &[Setup]) -> bool {
         if self.panes.len() != self.setups.len() || before.len() != self.setups.len() {
             return false;
@@ -274,7 +274,7 @@ impl Session {
         let pairs = self.panes.iter().zip(before).zip(&self.setups);
         let Some(panes) = pairs.map(go_on).collect::<Option<Vec<_>>>() else { return false };
         for (shown, pane) in self.panes.iter_mut().zip(panes) {
-            // The page made the pane anew, and is told all of it.
+            // The page made the pane anew, so it needs all messages about it.
             (shown.seen, shown.has_scenery, shown.grip) = (0, false, None);
             if let Some(pane) = pane {
                 (shown.pane, shown.ghost) = (pane, None);
@@ -293,12 +293,13 @@ impl Session {
         }
     }
 
-    /// Starts a reference for each set-up without its method, or ends them all.
+    /// Starts the references if they are wanted, or ends them all. Set-ups that differ only in
+    /// their method share one.
     fn start_ghosts(&mut self) {
         self.ghosts.clear();
         let mut groups: Vec<Setup> = Vec::new();
         for (shown, setup) in self.panes.iter_mut().zip(&self.setups) {
-            // The page is told anew, with or without a reference.
+            // The page gets the state again, with or without a reference.
             (shown.ghost, shown.has_ghost, shown.seen) = (None, false, 0);
             let is_touched = shown.pane.scenery().is_some_and(|s| s.stage.is_touched());
             if !self.wants_ghosts || is_touched {
@@ -355,9 +356,9 @@ impl Session {
         self.ghosts.iter().for_each(|ghost| ghost.go_until(self.clock));
     }
 
-    /// Tells what is new, and lets so much time pass.
+    /// Returns the messages about new states, and then lets so much time pass.
     pub fn tick(&mut self, elapsed: Duration) -> Vec<Out> {
-        // Panes compute between two ticks; to tell before they go on shows each the same way.
+        // Panes compute between two ticks. Reading all of them before they go on treats them alike.
         let told = self.tell();
         if self.playing {
             self.advance(elapsed.as_secs_f64().min(LONGEST_TICK) * self.rate);
@@ -449,7 +450,7 @@ impl Session {
     }
 }
 
-/// Why a pane that began on the way has no reference.
+/// Why a pane that began from the state of another run has no reference.
 fn unknown_to_the_reference(touch: Touch) -> &'static str {
     match touch {
         Touch::Hand => "the reference knows nothing of the hand: press Restart",

@@ -1,4 +1,5 @@
-//! What a pane shows: a scene with the knobs turned, and a method. It also tells how to repeat it.
+//! The set-up of a pane: a scene with the knobs turned, and a method. It also says how to repeat
+//! the run.
 
 use crate::files::{self, Dropped, Files};
 use crate::limits;
@@ -13,13 +14,13 @@ use drape_model::{
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Step and duration of a frozen system, which states none.
+/// Step and duration for a frozen system, which states neither.
 const SYSTEM_TIME: TimeSpan = TimeSpan { step_s: 0.01, duration_s: 2.0 };
-/// The drag of a cloth in the wind, where the scene has no air: a plate's.
+/// The drag of a cloth in the wind where the scene has no air: the drag of a plate.
 const DRAG: DragSpec = DragSpec::Quadratic { coefficient: 1.0, density_kg_m3: 1.2 };
 
-/// What a pane shows, as the page asks for it. A knob that is not given stands where the scene has
-/// it.
+/// The set-up of a pane, as the page asks for it. A knob without a value keeps the value of the
+/// scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
@@ -42,7 +43,8 @@ pub struct Setup {
     /// Particles along each side of a square grid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles: Option<u32>,
-    /// Size of gravity, m/s². It keeps its direction; where there is none it acts along `−z`.
+    /// Magnitude of gravity, m/s². Gravity keeps its direction; in a scene without gravity it acts
+    /// along `−z`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<f64>,
     /// Mean velocity of the air, m/s.
@@ -50,7 +52,7 @@ pub struct Setup {
     pub wind: Option<[f64; 3]>,
 }
 
-/// What a pane can show: a scene, or a frozen system, whose springs have no common `k/m`.
+/// The source of a pane: a scene, or a frozen system, whose springs have no common `k/m`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// A scene.
@@ -76,7 +78,7 @@ pub enum SetupError {
     Harness(#[from] HarnessError),
 }
 
-/// A checked set-up: all that a run needs.
+/// A checked set-up, with all that a run needs.
 #[derive(Clone, Debug)]
 pub struct Stage {
     /// The method.
@@ -85,14 +87,14 @@ pub struct Stage {
     pub spec: SystemSpec,
     /// Step and duration.
     pub time: TimeSpan,
-    /// What came before the start, where a person moved the cloth by hand or turned a knob on the
-    /// way.
+    /// The part of the run before its start, where a person moved the cloth by hand or turned a
+    /// knob during the run.
     pub past: Past,
     source: Source,
     name: Name,
 }
 
-/// What a run did before its present start. A touch starts it anew from where it is.
+/// The past of a run before its present start. A touch starts the run anew from its present state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Past {
     /// Simulated time, s.
@@ -101,13 +103,13 @@ pub struct Past {
     pub steps: u64,
     /// The particle that is led now.
     led: Option<Led>,
-    /// The last way of the hand.
+    /// The last movement of the hand.
     hand: Option<Hand>,
-    /// Whether a knob was turned on the way.
+    /// Whether a knob was turned during the run.
     is_turned: bool,
 }
 
-/// What begins a run on the way of another.
+/// The cause of a new start from the state of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
     /// A hand that moved the cloth.
@@ -120,19 +122,19 @@ pub enum Touch {
 #[derive(Clone, Debug, PartialEq)]
 struct Led {
     particle: u32,
-    /// Its pin before, if it had one. It rests where it was let go then.
+    /// Whether it was pinned before. Then it rests where it is let go.
     was_pinned: bool,
 }
 
-/// The way of a hand, from its grip on.
+/// The movement of a hand, from its grip on.
 #[derive(Clone, Debug, PartialEq)]
 struct Hand {
-    /// The system when a particle was gripped; its pins without that of the hand.
+    /// The system when the particle was gripped, without the pin of the hand.
     start: Arc<SystemSpec>,
     /// Time and number of steps at the grip.
     time: f64,
     particle: u32,
-    /// Its way from there.
+    /// The path of the hand from there.
     path: Vec<KeyframeSpec>,
     /// Time from the grip until the particle was let go; `None` while it is led.
     let_go: Option<f64>,
@@ -152,12 +154,12 @@ enum Name {
     },
 }
 
-/// How to repeat what a pane shows.
+/// How to repeat the run of a pane.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Repeat {
     /// The command in one line, for a shell.
     pub command: String,
-    /// Arguments of `drape`, the name of the command left out.
+    /// Arguments of `drape`, without the name of the program.
     pub arguments: Vec<String>,
     /// Name of the file that the command reads; `None` for a bundled scene.
     pub file: Option<String>,
@@ -165,20 +167,20 @@ pub struct Repeat {
     pub mesh: Option<String>,
     /// The scene as JSON.
     pub scene: String,
-    /// What the command leaves out, in sentences; empty if it leaves out nothing.
+    /// The parts of the run that the command leaves out, in sentences; empty if it leaves out none.
     pub note: String,
-    /// The last way of the hand, if the cloth was moved by hand.
+    /// The last movement of the hand, if the cloth was moved by hand.
     pub way: Option<Way>,
 }
 
-/// The way of a hand as a scene of its own: a pin on a path.
+/// The movement of a hand as a separate scene: a pin on a path.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Way {
     /// The command that makes the move.
     pub command: String,
-    /// Arguments of `drape`, the name of the command left out.
+    /// Arguments of `drape`, without the name of the program.
     pub arguments: Vec<String>,
-    /// Name of the file that it reads.
+    /// Name of the file that the command reads.
     pub file: String,
     /// The frozen system with the path, as JSON.
     pub scene: String,
@@ -188,7 +190,7 @@ pub(crate) fn refuse(path: &str, value: impl ToString, expected: impl Into<Strin
     Violation { path: path.to_owned(), value: value.to_string(), expected: expected.into() }
 }
 
-/// A value of a knob, if it is in its range.
+/// Returns the value of a knob, or refuses one outside its range.
 fn within(
     path: &str,
     value: Option<f64>,
@@ -220,7 +222,7 @@ pub(crate) fn side_of(scene: &Scene) -> Option<u32> {
     }
 }
 
-/// Size of gravity, m/s²; 0 without it.
+/// Magnitude of gravity, m/s²; 0 without gravity.
 pub(crate) fn gravity_of(source: &Source) -> f64 {
     let spec = match source {
         Source::Scene(scene) => scene.effects.gravity,
@@ -229,7 +231,7 @@ pub(crate) fn gravity_of(source: &Source) -> f64 {
     spec.map_or(0.0, |gravity| Vec3::from(gravity.m_s2).norm())
 }
 
-/// Mean velocity of the air, m/s; 0 where it rests or is none.
+/// Mean velocity of the air, m/s; 0 where the air rests or the scene has none.
 pub(crate) fn wind_of(source: &Source) -> [f64; 3] {
     let air = match source {
         Source::Scene(scene) => scene.effects.air,
@@ -239,10 +241,10 @@ pub(crate) fn wind_of(source: &Source) -> [f64; 3] {
 }
 
 impl Source {
-    /// The system in which its particles move.
+    /// The discretised system.
     ///
     /// # Errors
-    /// The first value that is refused.
+    /// [`Violation`] for the first value that is refused.
     pub fn spec(&self) -> Result<SystemSpec, Violation> {
         match self {
             Self::Scene(scene) => scene.discretise(),
@@ -274,7 +276,7 @@ impl Source {
     }
 }
 
-/// A word of a command as a shell reads it.
+/// A word of a command, quoted for a shell where that is needed.
 fn shell(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -305,7 +307,7 @@ impl Setup {
     /// Checks a set-up of a bundled scene and discretises it.
     ///
     /// # Errors
-    /// The first value that is refused.
+    /// [`SetupError`] for the first value that is refused.
     pub fn stage(&self) -> Result<Stage, SetupError> {
         self.stage_with(&Files::default())
     }
@@ -326,10 +328,10 @@ impl Setup {
         Ok(Arc::new(Dropped { source, mesh: None, is_scene: true, notes: Vec::new() }))
     }
 
-    /// As [`stage`](Self::stage), with the files that the page was given.
+    /// As [`stage`](Self::stage), for a page that was given `files`.
     ///
     /// # Errors
-    /// The first value that is refused.
+    /// [`SetupError`] for the first value that is refused.
     pub fn stage_with(&self, files: &Files) -> Result<Stage, SetupError> {
         if self.method.trim_start().starts_with("program:") {
             let expected = "the id of a method: the lab starts no program";
@@ -367,7 +369,7 @@ impl Setup {
         Ok(Stage { choice, spec, time, past: Past::default(), source, name })
     }
 
-    /// How the command names the scene; a scene with turned knobs is a file of its own.
+    /// The name of the scene in the command. A scene with turned knobs is a separate file.
     fn name(&self, dropped: &Dropped, is_original: bool) -> Name {
         match self.scene.strip_prefix(files::PREFIX) {
             None if is_original => Name::Bundled(self.scene.clone()),
@@ -413,7 +415,7 @@ impl Setup {
         };
         let direction = gravity.filter(|_| old > 0.0).map(|g| g.m_s2.map(|g| g / old));
         let direction = direction.unwrap_or([0.0, 0.0, -1.0]);
-        // `−0` would be written differently from 0.
+        // Adding 0 turns `−0`, which would be written differently, into 0.
         *gravity = Some(GravitySpec { m_s2: direction.map(|d| d * size + 0.0) });
         Ok(())
     }
@@ -457,7 +459,8 @@ impl Setup {
             _ => scene,
         };
         match &mut scene.effects.tension {
-            // The quotient of two numbers, times the second, need not be the first.
+            // Scaling could round: the quotient of two numbers times the second need not be the
+            // first.
             Some(tension) if tension.stiffness_over_mass_per_s2.is_some() => {
                 tension.damping_over_mass_per_s = Some(value);
                 Ok(scene)
@@ -482,7 +485,7 @@ impl Setup {
 }
 
 impl Stage {
-    /// Name of the files that belong to this stage, without an ending.
+    /// The first part of the names of the files of this stage, without an ending.
     fn stem(&self) -> String {
         let name = match &self.name {
             Name::Bundled(name) => name,
@@ -491,7 +494,7 @@ impl Stage {
         tame(name)
     }
 
-    /// Arguments of `drape run` for a scene and so many seconds.
+    /// The arguments of `drape run` for a scene and a duration, s.
     fn arguments(&self, scene: String, duration_s: f64) -> Vec<String> {
         vec![
             "run".to_owned(),
@@ -505,11 +508,11 @@ impl Stage {
         ]
     }
 
-    /// How to repeat the run until the end of step `step` after its present start; of its last
-    /// step, or 0, for all of it.
+    /// How to repeat the run until the end of step `step` after its present start. With 0, or with
+    /// the last step, the command repeats all of the run.
     ///
     /// # Errors
-    /// If the scene cannot be written as JSON.
+    /// [`serde_json::Error`] if the scene cannot be written as JSON.
     pub fn repeat(&self, step: u64) -> Result<Repeat, serde_json::Error> {
         let (whole, rest) = self.time.steps();
         let is_part = 0 < step && step < whole + u64::from(rest.is_some());
@@ -544,7 +547,7 @@ impl Stage {
         Ok(Repeat { command, arguments, file, mesh, scene, note, way })
     }
 
-    /// The way of a hand as a scene with a driven pin.
+    /// The movement of a hand as a scene with a pin on a path.
     fn way(&self, hand: &Hand) -> Result<Way, serde_json::Error> {
         let mut spec = (*hand.start).clone();
         let (particle, path) = (hand.particle, hand.path.clone());
@@ -560,7 +563,7 @@ impl Stage {
     /// led to a place, m, within `leg` seconds.
     ///
     /// # Errors
-    /// A particle or a place that is refused, or no time that is left.
+    /// [`Violation`] where the particle or the place is refused, or where no time is left.
     pub fn led(
         &self,
         state: &State,
@@ -602,11 +605,11 @@ impl Stage {
         Ok(stage)
     }
 
-    /// The stage that begins where this one is after `steps` steps, in `state`, with the particle
-    /// let go that was led. A particle that was pinned rests where it is.
+    /// The stage that begins where this one is after `steps` steps, in `state`, and lets go of the
+    /// led particle. A particle that was pinned before rests where it is.
     ///
     /// # Errors
-    /// If no time is left.
+    /// [`Violation`] if no time is left.
     pub fn let_go(&self, state: &State, steps: u64) -> Result<Self, Violation> {
         let mut stage = self.at_rest_of(state, steps)?;
         let past = &mut stage.past;
@@ -624,7 +627,7 @@ impl Stage {
         Ok(stage)
     }
 
-    /// What began this run on the way, if anything did.
+    /// The touch that started this run from the state of another, if one did.
     pub fn touch(&self) -> Option<Touch> {
         match self.past {
             Past { hand: Some(_), .. } => Some(Touch::Hand),
@@ -633,7 +636,7 @@ impl Stage {
         }
     }
 
-    /// Whether this run began on the way.
+    /// Whether a touch started this run from the state of another.
     pub fn is_touched(&self) -> bool {
         self.touch().is_some()
     }
@@ -643,11 +646,11 @@ impl Stage {
         self.past.led.is_some()
     }
 
-    /// This stage for a cloth that goes on from where it is on another stage after `steps` steps,
-    /// in `state`. A hand that leads it there lets go.
+    /// This stage for a cloth that goes on from the stage `before`, where it is in `state` after
+    /// `steps` steps. A hand that leads a particle there lets go.
     ///
     /// # Errors
-    /// Another number of particles, or no time that is left.
+    /// [`Violation`] if the number of particles differs, or if no time is left.
     pub fn going_on(self, before: &Self, state: &State, steps: u64) -> Result<Self, Violation> {
         let count = self.spec.particles.mass_kg.len();
         if state.len() != count {
@@ -666,7 +669,7 @@ impl Stage {
         Ok(Self { spec: self.spec.with_state(&now), time, past, ..self })
     }
 
-    /// What is over once this run ends after `steps` steps, in `state`.
+    /// The past of a run that goes on from this one after `steps` steps, in `state`.
     fn past_until(&self, by: &str, state: &State, steps: u64) -> Result<Past, Violation> {
         let (whole, rest) = self.time.steps();
         let is_over = steps >= whole + u64::from(rest.is_some());
@@ -698,7 +701,7 @@ impl Stage {
 }
 
 impl Hand {
-    /// Says where the particle was `since` seconds after the grip; a plan for later is dropped.
+    /// Notes the offset of the particle `since` seconds after the grip. Drops any plan for later.
     fn pass(&mut self, since: f64, offset: Vec3) {
         self.path.retain(|frame| frame.time_s < since);
         if since > 0.0 {

@@ -1,7 +1,7 @@
-//! Runs beside those who look at them: each on a thread of its own or, where the system has no
-//! threads, all in turns.
+//! Computes runs in the background: each on its own thread or, where the system has no threads, all
+//! in turns.
 //!
-//! A [`Gate`] says how far a run may go. The run itself only knows how to take a step ([`Run`]).
+//! A [`Gate`] sets how far a run may go. The run itself only takes steps ([`Run`]).
 
 use crate::limits;
 use crate::setup::SetupError;
@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Part of a step by which a step may end after its time, because of round-off.
+/// Part of a step by which a step may end too late, because of round-off.
 pub(crate) const LATE: f64 = 1e-6;
 
 /// Counts the runs that have not ended.
@@ -39,7 +39,8 @@ impl Drop for Ticket {
     }
 }
 
-/// A panic elsewhere leaves these values whole: each is replaced in one move.
+/// Locks a value, even after a panic elsewhere. A panic leaves these values whole, since each is
+/// replaced at once.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -58,7 +59,7 @@ pub(crate) struct Gate {
 }
 
 impl Gate {
-    /// Lets the run take all steps that end until this time, s.
+    /// Lets the run take all steps that end by this time, s.
     pub(crate) fn go_until(&self, time: f64) {
         lock(&self.control).until = time;
         self.changed.notify_all();
@@ -74,7 +75,8 @@ impl Gate {
         lock(&self.control).is_closed
     }
 
-    /// Whether the step that ends at `end` may be taken, or nobody looks any more.
+    /// Whether the step that ends at `end` may be taken. A closed gate lets every step be taken, so
+    /// that no run waits for it.
     pub(crate) fn lets(&self, end: StepEnd) -> bool {
         let control = lock(&self.control);
         control.is_closed || end.is_until(control.until)
@@ -90,7 +92,7 @@ impl Gate {
     }
 }
 
-/// When a step will end, s, and how long a step is, s.
+/// The time at the end of a step, s, and the length of the step, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepEnd(pub(crate) f64, pub(crate) f64);
 
@@ -102,14 +104,15 @@ impl StepEnd {
 
 /// A run that goes on step by step.
 pub(crate) trait Run {
-    /// When its next step will end; `None` after the last.
+    /// The end of its next step; `None` after the last step.
     fn next(&self) -> Option<StepEnd>;
 
-    /// Takes that step.
+    /// Takes the next step.
     fn step(&mut self) -> Result<(), SetupError>;
 }
 
-/// What a run gives, or the sentence that ends it. A bug in one method must not end the others.
+/// The result of a run, or the sentence that ends it. It catches panics, because a bug in one
+/// method must not end the other runs.
 fn guarded<T>(run: impl FnOnce() -> Result<T, SetupError>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(done) => done.map_err(|error| error.to_string()),
@@ -117,8 +120,8 @@ fn guarded<T>(run: impl FnOnce() -> Result<T, SetupError>) -> Result<T, String> 
     }
 }
 
-/// Begins a run and lets it go as far as its gate says; `end` gets the sentence that ended it, if
-/// one did. `None` if the system refuses a thread.
+/// Begins a run and lets it go as far as its gate allows. `end` gets the sentence that ended the
+/// run, if one did. Returns `None` if the operating system refuses a thread.
 pub(crate) fn start<R: Run + 'static>(
     gate: Arc<Gate>,
     begin: impl FnOnce() -> Result<R, SetupError> + Send + 'static,
@@ -159,7 +162,7 @@ pub(crate) mod turns {
     use std::sync::Arc;
     use std::time::Instant;
 
-    /// What came of a turn.
+    /// The result of a turn.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     enum Turn {
         /// A step was taken, or the run was begun.
@@ -218,7 +221,7 @@ pub(crate) mod turns {
         TASKS.with_borrow_mut(|tasks| tasks.push_back(Box::new(task)));
     }
 
-    /// Gives all runs turns until none can go on, or until a time.
+    /// Gives turns to all runs until none of them can go on, or until the moment `until`.
     pub fn work(until: Instant) {
         let mut waiting = 0;
         while Instant::now() < until {

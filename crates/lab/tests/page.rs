@@ -1,7 +1,7 @@
 //! The lab in a browser: Chromium opens it, and a person's clicks are made.
 //!
-//! Without Chromium these tests say that they were skipped; with DRAPE_BROWSER=required they fail
-//! then. DRAPE_LAB_LOOK names a folder for screenshots.
+//! Without Chromium these tests say that they were skipped. With DRAPE_BROWSER=required they fail
+//! instead. DRAPE_LAB_LOOK names a folder for screenshots.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// A busy machine that draws in software may need this long.
+/// Longest wait. A busy machine that draws in software may need so long.
 const PATIENCE: Duration = Duration::from_secs(180);
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
@@ -98,7 +98,7 @@ impl Page {
         ));
     }
 
-    /// Complaints of the console, exceptions and requests elsewhere.
+    /// Errors on the console, exceptions, and requests to other servers.
     fn complaints(&self, address: &str) -> Vec<String> {
         let base = address.split('#').next().unwrap();
         let complaint = |event: &Value| {
@@ -131,7 +131,8 @@ impl Page {
 const PAINTED: &str = "(c) => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
     let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return 4 * n / d.length; }";
 
-/// What a person sees who does nothing: one explodes, one stands still, one falls.
+/// A person who opens the lab and does nothing sees one cloth explode, one stand still and one
+/// fall.
 #[test]
 fn the_lab_opens_with_three_panes_and_three_verdicts() {
     let Some(chromium) = chromium() else { return };
@@ -156,7 +157,7 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
             page.value(&format!("[...document.querySelectorAll('canvas.view')].map({PAINTED})"));
         let shares: Vec<_> = (0..3).map(|pane| painted[pane].as_f64().unwrap()).collect();
         assert!(shares.iter().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
-        // What explodes, stands still and falls is seen without scrolling.
+        // All three cloths are visible without scrolling.
         let top =
             page.value("document.querySelector('canvas.view').getBoundingClientRect().bottom");
         assert!(top.as_f64().unwrap() < 900.0, "{top} at {width}");
@@ -262,7 +263,7 @@ fn the_keyboard_plays_steps_restarts_and_turns_the_camera() {
     assert_eq!(page.complaints(&address), Vec::<String>::new());
 }
 
-/// Gives files to the page as a person does who drops them.
+/// Gives files to the page, as a person who drops them does.
 fn drop_files(page: &mut Page, files: &[(&str, &str)]) {
     let files: Vec<_> = files.iter().map(|(name, text)| json!([name, text])).collect();
     page.value(&format!(
@@ -519,7 +520,7 @@ fn a_change_goes_on_if_a_person_wants_it_and_the_verdict_leads_to_the_lesson() {
     assert!(page.cell("steps").parse::<f64>().unwrap() >= before);
     let said = command(&mut page);
     assert!(said.contains("-from-step-"), "{said}");
-    // The past is still there to be looked at.
+    // The page can still show the past.
     page.value("{ const e = document.getElementById('back'); e.value = 0; e.dispatchEvent(new Event('input')); }");
     page.wait_until(&format!("{} < 5", number("steps")));
     assert_eq!(page.cell("h²k/m"), "100");
@@ -724,7 +725,7 @@ fn committed() -> String {
     format!("file://{}", file.canonicalize().unwrap().display())
 }
 
-/// What a person sees who opens the file: the same as with a server.
+/// A person who opens the file sees the same as with a server.
 #[test]
 fn the_page_without_a_server_opens_from_the_disk() {
     let Some(chromium) = chromium() else { return };
@@ -758,7 +759,7 @@ fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<Opti
     };
     let panes: Vec<String> = setups.iter().map(pane).collect();
     let address = format!("{}#{}", committed(), panes.join("&"));
-    // Whoever asks for little motion starts with a page that is paused.
+    // For a person who asks for little motion, the page starts paused.
     let still = [("prefers-reduced-motion", "reduce")];
     let mut page = Page::open(chromium, &address, DESK, &still);
     let count = setups.len();
@@ -792,7 +793,7 @@ fn places_in_the_file(chromium: &Path, setups: &[Setup], steps: u64) -> Vec<Opti
     (0..count).map(&mut read).collect()
 }
 
-/// The file computes what drape computes: an old file, or another rounding, shows here.
+/// The file computes the same as drape. The test fails for an old file, or for another rounding.
 #[test]
 fn the_page_without_a_server_gives_the_same_bits() {
     let Some(chromium) = chromium() else { return };
@@ -847,8 +848,8 @@ fn memory(page: &mut Page) -> [f64; 2] {
     [pages * 4096.0 / mib, heap["usedSize"].as_f64().unwrap() / mib]
 }
 
-/// Six panes play for an hour (or DRAPE_LAB_MINUTES); after a third of that time neither the server
-/// nor the page needs more.
+/// Six panes play for an hour (or DRAPE_LAB_MINUTES). After a third of that time, neither the
+/// server nor the page needs more memory.
 #[test]
 #[ignore = "takes an hour"]
 fn memory_is_flat_over_an_hour() {
@@ -864,13 +865,13 @@ fn memory_is_flat_over_an_hour() {
     };
     let mut page =
         Page::open(&chromium, &format!("{address}#{}", methods.map(pane).join("&")), DESK, &[]);
-    // Otherwise each message to the page comes here too, and stays.
+    // Otherwise each message to the page comes here, too, and takes memory.
     page.browser.call("Network.disable", &json!({}));
     page.wait_until("document.querySelectorAll('.pane').length === 6");
     let mut all = Vec::new();
     for n in 1..=12 {
         std::thread::sleep(part);
-        // What the page was told is no longer needed.
+        // The messages to the page are no longer needed.
         page.browser.events.clear();
         let [server, heap] = memory(&mut page);
         let time = page.value("document.getElementById('clock').textContent");

@@ -1,4 +1,4 @@
-//! The protocol over a socket, and who is refused.
+//! The protocol over a socket, and the requests that the server refuses.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-/// A busy machine may need this long.
+/// Longest wait. A busy machine may need so long.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Held for writing by the test that measures the memory of the process.

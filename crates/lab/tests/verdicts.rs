@@ -1,4 +1,4 @@
-//! What the panes say.
+//! The verdicts and messages of panes.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A busy machine may need this long.
+/// Longest wait. A busy machine may need so long.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn setup(method: &str) -> Setup {
@@ -182,7 +182,7 @@ fn panes_go_on_after_a_change_where_all_of_them_can() {
     session.receive(r#"{"do":"step"}"#);
     let there = reached(&mut session, &[4, 4]);
     assert!(there.iter().all(|(_, time)| (time - 0.04).abs() < 1e-12), "{there:?}");
-    // Another method, and a reference that knows nothing of it.
+    // The pane takes another method, which its reference does not cover.
     let a = pane("xpbd", json!({ "stiffness": 1e4 }));
     session.receive(r#"{"do":"ghost","on":true}"#);
     open(&mut session, &[a.clone(), b.clone()], true);

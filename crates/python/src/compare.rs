@@ -13,16 +13,16 @@ use pyo3::types::PyDict;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// What a comparison found: the record of `drape compare`.
+/// The result of a comparison: the record of `drape compare`.
 #[pyclass(frozen, get_all, module = "drape")]
 pub(crate) struct Comparison {
     /// The advice, at most twelve lines.
     advice: Vec<String>,
-    /// What to take; None where no run met the target.
+    /// The advised run; None where no run met the target.
     take: Option<Py<PyDict>>,
     /// The runs as columns.
     table: Py<PyDict>,
-    /// Whether there is a true motion that errors are measured against.
+    /// Whether errors are measured against a true motion.
     has_reference: bool,
     /// The facts as JSON.
     json: String,
@@ -63,7 +63,7 @@ fn table<'py>(py: Python<'py>, facts: &Facts) -> PyResult<Bound<'py, PyDict>> {
     Ok(table)
 }
 
-/// Which method to take for a scene, as `drape compare` does.
+/// Compares methods on a scene and advises one, as `drape compare` does.
 #[pyfunction]
 #[pyo3(signature = (scene, methods = None, *, metric = "shape", target = None, frame = 1.0 / 60.0,
                     budget = 60.0, duration = None, seed = 20, exhaustive = false))]

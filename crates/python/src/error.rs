@@ -1,4 +1,4 @@
-//! What Python raises: the sentence that the command prints.
+//! The exception that Python raises, with the sentence that the command prints.
 
 use drape_harness::HarnessError;
 use pyo3::PyErr;

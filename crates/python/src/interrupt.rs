@@ -1,19 +1,19 @@
-//! Ctrl-C in Python: the computation ends soon, and Python raises what its handler raises.
+//! Ctrl-C in Python: the computation ends soon, and Python raises the exception of its handler.
 
 use pyo3::{PyErr, PyResult, Python};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How often Python is asked.
+/// Time between two questions to Python.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Asks Python for signals now and then, from a computation that does not hold the interpreter.
+/// Asks Python for signals at intervals, from a computation that does not hold the interpreter.
 #[derive(Debug)]
 pub(crate) struct Signals {
     asked: Mutex<Instant>,
     raised: Mutex<Option<PyErr>>,
-    /// Set once a signal has raised.
+    /// Set once the handler of a signal has raised an exception.
     flag: &'static AtomicBool,
 }
 
@@ -39,7 +39,7 @@ impl Signals {
     }
 
     /// # Errors
-    /// What a signal has raised.
+    /// The exception that the handler of a signal has raised.
     pub(crate) fn end(self) -> PyResult<()> {
         match self.raised.into_inner() {
             Ok(Some(error)) => Err(error),

@@ -1,7 +1,8 @@
-//! drape as a Python package: scenes, methods, runs and comparisons, with arrays of NumPy.
+//! drape as a Python package: scenes, methods, runs and comparisons, with NumPy arrays.
 //!
-//! `pip install crates/python` builds and installs it. The same library as the command does the
-//! work, so a run has the same bits. `python/drape/_drape.pyi` describes what Python sees.
+//! `pip install crates/python` builds and installs it. The package uses the same library as the
+//! command, so a run has the same bits. `python/drape/_drape.pyi` describes the interface in
+//! Python.
 
 mod compare;
 mod error;

@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::sync::atomic::AtomicBool;
 
-/// Most positions that are kept without another wish.
+/// Most times whose positions are kept where the user does not set `every`.
 const MOST: u64 = 1000;
 
-/// A run: what `drape run --out` writes, with positions over time.
+/// A run: the record that `drape run --out` writes, and the positions over time.
 #[pyclass(frozen, get_all, module = "drape")]
 pub(crate) struct Run {
     scene: String,
@@ -53,7 +53,7 @@ impl Run {
     }
 }
 
-/// What was asked of a run.
+/// The arguments of a run, checked.
 struct Asked<'a> {
     scene: &'a Scene,
     choice: Choice,
@@ -63,12 +63,12 @@ struct Asked<'a> {
     every: Option<u64>,
 }
 
-/// What a run left.
+/// The result of a run.
 struct Done {
     record: Record,
     warnings: Vec<String>,
     times: Vec<f64>,
-    /// Positions of all particles at all times, one after the other.
+    /// Positions of all particles at all times, m, one after the other.
     positions: Vec<f64>,
 }
 

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// A cloth at its start, with everything that acts on it.
 #[pyclass(frozen, module = "drape")]
 pub(crate) struct Scene {
-    /// What messages call it: its name or file.
+    /// Its name in messages: the name of the scene or of its file.
     pub(crate) source: String,
     pub(crate) input: Arc<SceneFile>,
 }
@@ -36,8 +36,8 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// A bundled scene by its name, the start of a study (`STUDY/NAME`), or a scene, a frozen
-    /// system or an OBJ mesh's scene from a file.
+    /// A bundled scene by its name, the start of a study (`STUDY/NAME`), or a scene or frozen
+    /// system from a file.
     #[staticmethod]
     fn load(py: Python<'_>, scene: &str) -> PyResult<Self> {
         let load = || -> Result<SceneFile, HarnessError> {

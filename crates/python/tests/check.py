@@ -19,7 +19,7 @@ HERE = pathlib.Path(tempfile.mkdtemp())
 
 
 def command(*words, code=0):
-    """What the command prints on standard error."""
+    """The output of the command on standard error."""
     done = subprocess.run([COMMAND, *words], cwd=HERE, capture_output=True, text=True)
     assert done.returncode == code, (words, done.returncode, done.stderr)
     return done.stderr
@@ -99,7 +99,7 @@ def runs_have_the_bits_of_the_command():
         assert run.verdict.replace(" ", "_") == told["verdict"]["kind"], run.verdict
         assert run.reason == told["verdict"]["reason"]
         assert run.settings == told["settings"] and run.dt == told["dt_s"]
-    # A locked cloth is told, with the warning that the command prints.
+    # A locked cloth gets the warning that the command prints.
     said = command("run", "hanging-wool", "--method", "imex-euler", "--dt", "0.01")
     run = drape.run(drape.Scene.load("hanging-wool"), "imex-euler", dt=0.01)
     assert run.verdict == "locked" and run.share < 0.5 and run.warnings[0] in said

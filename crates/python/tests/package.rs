@@ -1,6 +1,6 @@
-//! The Python package, as `cargo test` has built it. `DRAPE_PYTHON` names a Python with NumPy, and
-//! for some tests with mypy, matplotlib and, where pip reaches no index, maturin; a test that finds
-//! none says that it was skipped.
+//! The Python package, as `cargo test` has built it. `DRAPE_PYTHON` names a Python with NumPy. Some
+//! tests also need mypy, matplotlib or, where pip reaches no index, maturin. A test that finds no
+//! such Python says that it was skipped.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
@@ -12,7 +12,7 @@ use std::process::Command;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
-/// A Python with these packages. Without one the test is skipped, loudly; it fails where
+/// A Python with these packages. Without one, the test is skipped with a message, or fails where
 /// `DRAPE_PYTHON_PACKAGES=required`.
 fn python(packages: &str) -> Option<String> {
     let python = std::env::var("DRAPE_PYTHON").unwrap_or_else(|_| "python3".to_owned());
@@ -85,17 +85,17 @@ case " $* " in
 esac
 "#;
 
-/// `pip install` of the checkout into a fresh virtual environment, as the README says, and all checks
-/// of `check.py` there. pip fetches NumPy and maturin from its index; maturin packs what `cargo test`
-/// has built, because a `cargo` of ours stands before it. Where pip reaches no index, NumPy and
-/// maturin are those of the Python outside, which the test tells.
+/// Runs `pip install` of the checkout in a fresh virtual environment, as the README says, and all
+/// checks of `check.py` there. pip fetches NumPy and maturin from its index. maturin packs the
+/// build of `cargo test`, because a `cargo` of this test comes first in its path. Where pip reaches
+/// no index, NumPy and maturin are those of the Python outside, and the test says so.
 #[test]
 fn pip_installs_it_from_the_checkout_into_a_fresh_environment() {
     let Some(outside) = python("ensurepip, venv") else { return };
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);
     run(Command::new(&outside).args(["-m", "venv"]).arg(place("env")));
-    // Of packages it sees those of the environment alone.
+    // The inner Python sees only the packages of the environment.
     let inside = |words: &[&str]| {
         let mut command = Command::new(place("env/bin/python"));
         command.args(words).env_remove("PYTHONPATH").current_dir(folder.path());
@@ -134,7 +134,7 @@ fn pip_installs_it_from_the_checkout_into_a_fresh_environment() {
     path.extend(std::env::split_paths(&before));
     install.arg(HERE).env("PATH", std::env::join_paths(path).unwrap());
     install.env("CARGO", &cargo).env("CARGO_ITSELF", env!("CARGO")).env("HERE", HERE);
-    // maturin moves what it is given, and other tests need it.
+    // maturin moves the library that it gets, and other tests need it, so give it a copy.
     let library = place("lib_drape.so");
     std::fs::copy(built(&["lib_drape.so", "lib_drape.dylib"]), &library).unwrap();
     install.env("LIBRARY", &library);
@@ -160,7 +160,7 @@ fn pip_installs_it_from_the_checkout_into_a_fresh_environment() {
     assert_eq!(checks.lines().count(), 8, "{checks}");
 }
 
-/// The stubs say what the module has, and the example is typed.
+/// The stubs match the module, and the types of the example are correct.
 #[test]
 fn the_types_are_those_of_the_module() {
     let Some(python) = python("numpy, mypy") else { return };
@@ -176,7 +176,7 @@ fn the_types_are_those_of_the_module() {
     let strict = ["mypy", "--strict", "--ignore-missing-imports"];
     run(mypy(&strict).arg(&example));
     run(&mut mypy(&["mypy.stubtest", "drape"]));
-    // A wrong use is seen.
+    // The checker finds a wrong use.
     let wrong = folder.path().join("wrong.py");
     std::fs::write(&wrong, "import drape\ndrape.run('scene', 3)\n").unwrap();
     let output = mypy(&strict).arg(&wrong).output().unwrap();

@@ -1,10 +1,10 @@
 //! A motion as one binary glTF 2.0 file.
 //!
-//! The cloth is a mesh. Each frame after the first is a morph target: the differences of positions
-//! and normals to the first frame. The animated weights fade linearly from one frame to the next.
-//! Moving obstacles are nodes with an animated translation. Every reader of glTF understands this,
-//! Blender among them. Positions are float32, in metres. In glTF the y-axis is up, in scenes the
-//! z-axis, so a node turns the scene.
+//! The cloth is a mesh. Each frame after the first is a morph target: the differences of its
+//! positions and normals from those of the first frame. The animated weights fade linearly from one
+//! frame to the next. Moving obstacles are nodes with an animated translation. Every reader of glTF
+//! supports this, Blender among them. Positions are float32, in metres. The y-axis is up in glTF
+//! and the z-axis in scenes, so a node turns the scene.
 
 use crate::Solid;
 use crate::surface::normals;
@@ -36,7 +36,7 @@ type Points = Vec<[f32; 3]>;
 pub struct Animation {
     subject: Subject,
     times: Vec<f32>,
-    /// Positions and normals of each frame; no normals without triangles.
+    /// Positions, m, and normals of each frame; the normals are empty without triangles.
     frames: Vec<[Points; 2]>,
 }
 
@@ -46,10 +46,10 @@ impl Animation {
         Self { subject, times: Vec::new(), frames: Vec::new() }
     }
 
-    /// Checks that this many frames of this many particles fit into a file.
+    /// Checks that so many frames of so many particles fit into a file.
     ///
     /// # Errors
-    /// [`RenderError::TooLarge`] if they do not.
+    /// [`RenderError::TooLarge`] if they do not fit.
     pub fn check_size(particles: usize, frames: u64) -> Result<(), RenderError> {
         let a_frame =
             24_u64.saturating_mul(particles as u64).saturating_add(frames.saturating_mul(4));
@@ -60,8 +60,8 @@ impl Animation {
         Ok(())
     }
 
-    /// Adds the positions at a time, s, later than the last one. Returns `false` and adds nothing
-    /// if float32 cannot hold the frame.
+    /// Adds a frame: the positions `x`, m, at `time`, s, which is later than that of the last
+    /// frame. Returns `false` and adds nothing if float32 cannot hold the frame.
     pub fn push(&mut self, time: f64, x: &[Vec3]) -> bool {
         let time = time as f32;
         let points: Points = x.iter().map(single).collect();
@@ -83,7 +83,7 @@ impl Animation {
     /// The bytes of a GLB file.
     ///
     /// # Errors
-    /// [`RenderError`] when it would be too large, or cannot be encoded.
+    /// [`RenderError`] when the file would be too large or cannot be encoded.
     pub fn glb(&self) -> Result<Vec<u8>, RenderError> {
         let particles = self.frames.first().map_or(0, |[points, _]| points.len());
         Self::check_size(particles, self.frames.len() as u64)?;
@@ -147,7 +147,7 @@ fn single(x: &Vec3) -> [f32; 3] {
     [x.x as f32, x.y as f32, x.z as f32]
 }
 
-/// A file in the making.
+/// A file while it is built.
 #[derive(Default)]
 struct File {
     root: Root,
@@ -191,7 +191,7 @@ impl File {
         }
     }
 
-    /// Adds vectors, one a vertex, with their bounds if asked for. Positions need bounds.
+    /// Adds vectors, one for each vertex, and their bounds if `has_bounds`. Positions need bounds.
     fn vectors(&mut self, vectors: &[[f32; 3]], has_bounds: bool) -> Index<Accessor> {
         let kind = (ComponentType::F32, Type::Vec3, 3);
         let bytes = bytemuck::cast_slice(vectors);
@@ -206,7 +206,7 @@ impl File {
         self.root.push(accessor)
     }
 
-    /// Numbers that belong to no vertex.
+    /// Adds numbers that belong to no vertex.
     fn numbers(&mut self, numbers: &[f32]) -> Accessor {
         self.accessor(bytemuck::cast_slice(numbers), (ComponentType::F32, Type::Scalar, 1), None)
     }
@@ -225,7 +225,7 @@ impl File {
         }
         let kind = (ComponentType::U32, Type::Scalar, 1);
         let target = Some(buffer::Target::ElementArrayBuffer);
-        // Particles that nothing joins are a mesh without indices: points.
+        // Particles without triangles and lines are a mesh without indices: points.
         let mode = if indices.is_empty() { Mode::Points } else { mode };
         let indices = (!indices.is_empty()).then(|| {
             let accessor = self.accessor(bytemuck::cast_slice(indices), kind, target);
@@ -273,7 +273,7 @@ impl File {
         solid: &Solid,
         material: Option<Index<json::Material>>,
     ) -> Index<json::Node> {
-        // Flat faces need corners of their own.
+        // Flat faces share no corners.
         let is_flat = !solid.lines.is_empty();
         let corners = solid.triangles.as_flattened();
         let (points, triangles) = if is_flat {
@@ -290,8 +290,8 @@ impl File {
         self.node(&solid.name, primitive, Vec::new())
     }
 
-    /// At time `k` the weight of target `k` is 1, all others are 0; the first frame is the mesh
-    /// itself.
+    /// Animates the weights. At the time of frame `k`, the weight of target `k` is 1 and all others
+    /// are 0. The first frame is the mesh itself.
     fn animate(&mut self, node: Index<json::Node>, times: &[f32]) {
         let targets = times.len() - 1;
         let input = self.moments(times);
@@ -303,7 +303,7 @@ impl File {
         self.channel(node, Property::MorphTargetWeights, input, output);
     }
 
-    /// At time `k` the node is displaced by offset `k`, m.
+    /// Animates the translation: at time `k` the node is displaced by offset `k`, m.
     fn translate(&mut self, node: Index<json::Node>, times: &[f32], offsets: &[[f32; 3]]) {
         let input = self.moments(times);
         let kind = (ComponentType::F32, Type::Vec3, 3);
@@ -311,7 +311,7 @@ impl File {
         self.channel(node, Property::Translation, input, output);
     }
 
-    /// Times, s, and their bounds.
+    /// Adds times, s, with their bounds.
     fn moments(&mut self, times: &[f32]) -> Accessor {
         let mut input = self.numbers(times);
         input.min = times.first().map(|&t| vec![t].into());

@@ -3,7 +3,7 @@
 use drape_model::Vec3;
 use std::str::FromStr;
 
-/// Half the angle of view along the shorter side, as its tangent.
+/// Tangent of half the angle of view along the shorter side.
 const HALF_ANGLE_TANGENT: f64 = 0.22;
 /// Part of the picture that the scene fills.
 const FILL: f64 = 0.9;
@@ -13,9 +13,9 @@ const FITS: usize = 8;
 /// A direction to look from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// From the x-axis towards the y-axis, degrees.
+    /// Angle from the x-axis towards the y-axis, degrees.
     pub azimuth_deg: f64,
-    /// Above the horizon, degrees.
+    /// Angle above the horizon, degrees.
     pub elevation_deg: f64,
 }
 
@@ -61,7 +61,7 @@ impl FromStr for View {
 pub struct Camera {
     right: Vec3,
     up: Vec3,
-    /// Towards the eye.
+    /// Unit vector towards the eye.
     back: Vec3,
     eye: Vec3,
     /// Tangents of half the angles of view, horizontally and vertically.
@@ -71,8 +71,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Looks at points so that all of them are in the picture; `aspect` is its width over its
-    /// height.
+    /// A camera that looks at points, m, so that all of them are in the picture. `aspect` is the
+    /// width of the picture over its height.
     pub fn fit(view: View, points: &[Vec3], aspect: f64) -> Self {
         let radians = std::f64::consts::PI / 180.0;
         let (sin_a, cos_a) = libm::sincos(view.azimuth_deg * radians);
@@ -83,7 +83,8 @@ impl Camera {
         let tangents = [HALF_ANGLE_TANGENT * aspect.max(1.0), HALF_ANGLE_TANGENT / aspect.min(1.0)];
         let (low, high) = crate::subject::bounds(points);
         let mut center = (low + high) * 0.5;
-        // A point x right of the centre and z nearer to the eye is seen if |x| ≤ (d − z) tan.
+        // A point at x to the right of the centre, and z nearer to the eye than it, is in the
+        // picture if |x| ≤ (d − z) tan.
         let least_distance = |center: Vec3| {
             let mut distance = 0.0_f64;
             for point in points {
@@ -118,7 +119,8 @@ impl Camera {
 
     /// Projects a point to `[x, y, z, w]`. `x/w` runs from −1 at the left of the picture to 1 at
     /// the right, `y/w` from −1 at the top to 1 at the bottom. `w` is the distance from the eye
-    /// along its direction, m. `|z| ≤ w` between a tenth and ten times the distance of the scene.
+    /// along the view direction, m. `|z| ≤ w` between a tenth and ten times the distance of the
+    /// scene.
     pub(crate) fn project(&self, point: &Vec3) -> [f64; 4] {
         let r = point - self.eye;
         let depth = -r.dot(&self.back);
@@ -134,8 +136,8 @@ impl Camera {
         if length > 0.0 { r / length } else { self.back }
     }
 
-    /// Unit vectors to the two lights: the key light at the upper left, the fill light at the
-    /// right, both before the scene.
+    /// Unit vectors to the two lights: the key light at the upper left, and the fill light at the
+    /// right. Both are in front of the scene.
     pub(crate) fn lights(&self) -> [Vec3; 2] {
         let key = self.up * 0.75 - self.right * 0.55 + self.back * 0.45;
         let fill = self.up * 0.2 + self.right * 0.9 + self.back * 0.4;

@@ -13,24 +13,26 @@ use retrofire_core::util::{Buf2, Dims};
 
 /// Samples a pixel along each side.
 const SAMPLES: u32 = 3;
-/// Samples around the picture that are cut off. Clipping at the rim may round a shape across it.
+/// Width of a margin around the picture that is cut off, in samples. Clipping at its rim may round
+/// a shape across the rim.
 const MARGIN: u32 = 4;
 
-/// Colours of light from 0 to 1.
+/// A colour of light, each component from 0 to 1.
 type Tint = [f64; 3];
 
-/// The side of the cloth from which its triangles run counter-clockwise, and the other one.
+/// Colours of the two sides of the cloth. The first is the side from which its triangles run
+/// counter-clockwise.
 const SIDES: [Tint; 2] = [[0.36, 0.58, 0.86], [0.93, 0.70, 0.40]];
 const SOLID: Tint = [0.80, 0.80, 0.83];
-/// Share of the light of a surface that lines on it keep: on cloth, on obstacles.
+/// Share of the light of a surface that lines on it keep: on cloth, and on obstacles.
 const ON_SURFACE: f64 = 0.76;
 const ON_SOLID: f64 = 0.90;
-/// The rim of the cloth and its contour.
+/// Colour of the rim of the cloth and of its contour.
 const OUTLINE: Tint = [0.13, 0.15, 0.20];
 
 /// Pins: radius of the dot and of its light middle, in pixels, and their colours.
 const PIN: [(f64, Tint); 2] = [(4.0, OUTLINE), (2.2, [0.97, 0.97, 0.98])];
-/// Colours of groups, lighter, and of marks.
+/// Colours of groups. Those of marks are darker.
 const GROUPS: [Tint; 6] = [
     [0.55, 0.72, 0.92],
     [0.95, 0.78, 0.50],
@@ -48,7 +50,7 @@ const MARKS: [Tint; 6] = [
     [0.00, 0.50, 0.55],
 ];
 
-/// The colour of a group and of a mark of that number. Six colours come round again.
+/// The colours of a group and of a mark of that number. After six numbers the colours repeat.
 pub fn colours(number: usize) -> [Colour; 2] {
     let displayed = |tint: Tint| Colour(tint.map(|c| (255.0 * c).round() as u8));
     [GROUPS, MARKS].map(|tints| displayed(tints[number % tints.len()]))
@@ -56,18 +58,18 @@ pub fn colours(number: usize) -> [Colour; 2] {
 
 /// Radius of a mark, pixels.
 const MARK: f64 = 3.0;
-/// Corners of a dot.
+/// Number of corners of a dot.
 const DOT: u32 = 20;
 
-/// Obstacles are drawn farther away by this part of the distance of the scene, so that cloth that
-/// touches them lies in front.
+/// Obstacles are drawn farther away by this part of the distance of the scene, so that cloth on
+/// them lies in front.
 const BEHIND: f64 = 4e-3;
-/// Lines are drawn this part of the distance of the scene nearer.
+/// Lines are drawn nearer by this part of the distance of the scene.
 const IN_FRONT: f64 = 3e-3;
 
 type Corner = Vertex<ProjVec3, Color3f>;
 
-/// The colour of the cloth at a particle, on the side that is seen.
+/// The colour of the cloth at a particle, on the visible side.
 fn tint(subject: &Subject, particle: u32, is_front: bool) -> Tint {
     let group = subject.groups.get(particle as usize);
     group.map_or(SIDES[usize::from(!is_front)], |group| GROUPS[group % GROUPS.len()])
@@ -86,8 +88,8 @@ struct Sketch<'a> {
 }
 
 impl Sketch<'_> {
-    /// Adds a corner whose distance from the eye is changed by `shift` m; `None` where it cannot be
-    /// drawn.
+    /// Adds a corner and returns its index. Its distance from the eye is changed by `shift`, m.
+    /// `None` where the corner cannot be drawn.
     fn corner(&mut self, point: &Vec3, shift: f64, colour: Tint) -> Option<usize> {
         let [x, y, z, w] = self.camera.project(point);
         let far = 1e4 * self.camera.distance();
@@ -95,7 +97,7 @@ impl Sketch<'_> {
         if size.is_nan() || size >= far {
             return None;
         }
-        // All four by the same factor: the same place in the picture, another depth.
+        // One factor for all four keeps the place in the picture and changes the depth.
         let factor = if w > 0.0 { (w + shift).max(0.01 * w) / w } else { 1.0 };
         let position = [x, y, z, w].map(|c| (c * factor) as f32);
         let [r, g, b] = colour.map(|c| c.clamp(0.0, 1.0) as f32);
@@ -103,7 +105,7 @@ impl Sketch<'_> {
         Some(self.corners.len() - 1)
     }
 
-    /// Colour of a surface at a point, whose normal points to the side that is seen.
+    /// Colour of a surface at a point. The normal points to the visible side.
     fn shade(&self, tint: Tint, point: &Vec3, normal: &Vec3) -> Tint {
         let eye = self.camera.towards_eye(point);
         let [key, fill] = self.lights.map(|light| normal.dot(&light).max(0.0));
@@ -120,7 +122,7 @@ impl Sketch<'_> {
         if !is_bold {
             return;
         }
-        // A bold line is four thin ones beside each other.
+        // A bold line is four thin lines side by side.
         for (right, down) in [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
             let [a, b] = [a, b].map(|n| {
                 let Vertex { pos, attrib } = self.corners[n];
@@ -145,8 +147,9 @@ impl Sketch<'_> {
         for (&triangle, &is_front) in subject.triangles.iter().zip(&front) {
             let corners = triangle.map(|i| {
                 let tint = tint(subject, i, is_front);
-                // The triangle decides which side is seen: beside the contour the normal of a
-                // corner may lean away from the eye, and turned round it would be lit from behind.
+                // The triangle decides which side is visible. Near the contour, the normal of a
+                // corner may lean away from the eye. If it were turned round, the corner would be
+                // lit from behind.
                 let (point, normal) = (&x[i as usize], normals[i as usize]);
                 let colour = self.shade(tint, point, &if is_front { normal } else { -normal });
                 self.corner(point, 0.0, colour)
@@ -216,7 +219,7 @@ impl Sketch<'_> {
 }
 
 impl Sketch<'_> {
-    /// The ground with the shadow of all else.
+    /// The ground, with the shadow of the cloth and the obstacles.
     fn ground(&mut self, subject: &Subject, x: &[Vec3]) {
         let Some(ground) = subject.ground.filter(|ground| self.camera.is_above(ground.height()))
         else {
@@ -244,7 +247,7 @@ impl Sketch<'_> {
         }
     }
 
-    /// Marks and pins as dots that face the eye; pins lie above.
+    /// Marks and pins, as dots that face the eye; pins lie above marks.
     fn dots(&mut self, subject: &Subject, x: &[Vec3]) {
         let nearer = -IN_FRONT * self.camera.distance();
         for &(i, number) in &subject.marks {
@@ -278,13 +281,13 @@ impl Sketch<'_> {
     }
 }
 
-/// Draws a cloth at positions `x`, m, one a particle in the order of the subject, and its
-/// obstacles, its pins, and the ground. Particles that are not finite or out of all bounds are left
-/// out.
+/// Draws a cloth with its obstacles, its pins and the ground. `x` are the positions, m, one for
+/// each particle in the order of the subject. `size` is the width and the height of the picture,
+/// pixels. Leaves out particles that are not finite or far out of the scene.
 ///
 /// # Panics
-/// If `x` has fewer positions than the subject's triangles, lines, marks and pins name, or a side of
-/// the picture is 0.
+/// If the subject's triangles, lines, marks or pins name a particle that has no position in `x`, or
+/// if a side of the picture is 0.
 pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> Image {
     let inner = size.map(|side| side * SAMPLES);
     let mut sketch = Sketch {
@@ -305,7 +308,7 @@ pub fn draw(subject: &Subject, x: &[Vec3], camera: &Camera, size: [u32; 2]) -> I
     let background = Colour::BACKGROUND.0;
     let mut target = Framebuf {
         color_buf: Colorbuf { buf: Buf2::new_with(dims, |_, _| background), fmt: Rgb888 },
-        // Reciprocals of distances: nothing is infinitely far away.
+        // Depths are reciprocals of distances, so 0 is infinitely far away.
         depth_buf: Buf2::new_with(dims, |_, _| 0.0_f32),
     };
     let shader = shader::new(
@@ -325,7 +328,7 @@ mod tests {
     use super::*;
     use crate::View;
 
-    /// A dome whose contour lies between its points: some normals beside it lean away from the eye.
+    /// A dome whose contour lies between its points: near it some normals lean away from the eye.
     #[test]
     fn beside_the_contour_no_corner_of_a_triangle_is_lit_from_the_other_side() {
         const SIDE: u32 = 14;

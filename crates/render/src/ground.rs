@@ -1,24 +1,24 @@
-//! A level ground below a scene, with the shadow of all that is above it.
+//! A level ground below a scene, with the shadow of the scene.
 
 use crate::subject::bounds;
 use drape_model::Vec3;
 
-/// Distance between the ground and the lowest point over the size of the scene.
+/// Distance between the ground and the lowest point, over the size of the scene.
 const GAP: f64 = 0.04;
-/// Half the ground's sides over those of the scene's box, and at least over its diagonal.
+/// Half the ground's sides over the sides of the scene's box, and at least over the box's diagonal.
 const REACH: [f64; 2] = [0.8, 0.45];
 /// Cells of the ground along each side.
 const CELLS: usize = 128;
-/// Cells over which a blur takes the mean, to each side; three blurs give a soft rim.
+/// Number of cells to each side over which a blur takes the mean. Three blurs give a soft rim.
 const BLUR: usize = 3;
 const BLURS: usize = 3;
-/// Share of the light that the ground takes, and a full shadow on it.
+/// Share of the light that the ground takes away, and that a full shadow on it takes away.
 const GREY: f64 = 0.06;
 const DARK: f64 = 0.34;
-/// Part of the ground along each side below the scene's box.
+/// Part of each side of the ground that lies below the scene's box.
 const BELOW: f64 = 0.5 / REACH[0];
-/// Distance from the middle, 1 at the rim, from which the ground fades into the background. It
-/// grows like that of a square with round corners, so that nothing fades below the box.
+/// Distance from the middle from which the ground fades into the background; it is 1 at the rim.
+/// Curves of equal distance are squares with round corners, so that nothing fades below the box.
 const FADE: f64 = 0.75;
 
 /// A level ground.
@@ -26,7 +26,7 @@ const FADE: f64 = 0.75;
 pub struct Ground {
     /// Height, m.
     height: f64,
-    /// Its middle and half its sides, m.
+    /// Its middle in x and y, and half its sides, m.
     middle: [f64; 2],
     half: [f64; 2],
 }
@@ -40,7 +40,7 @@ pub(crate) struct Shadow {
 }
 
 impl Ground {
-    /// The ground below these points, m; `None` where there is no point with finite coordinates.
+    /// The ground below these points, m; `None` if no point has finite coordinates.
     pub fn under(points: &[Vec3]) -> Option<Self> {
         let is_finite = |x: &&Vec3| x.iter().all(|c| c.is_finite());
         let points: Vec<Vec3> = points.iter().filter(is_finite).copied().collect();
@@ -59,19 +59,20 @@ impl Ground {
         self.height
     }
 
-    /// The points that a picture must show: where a shadow can lie. Beyond, the ground fades.
+    /// The corners, m, of the part that a picture must show, on which a shadow can lie. The ground
+    /// fades beyond it.
     pub fn points(&self) -> [Vec3; 4] {
         let at = |x: f64, y: f64| self.at(BELOW * x, BELOW * y);
         [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]
     }
 
-    /// The place at `x` and `y` from −1 to 1.
+    /// The point of the ground at `x` and `y`, which run from −1 to 1.
     fn at(&self, x: f64, y: f64) -> Vec3 {
         let [a, b] = self.middle;
         Vec3::new(a + x * self.half[0], b + y * self.half[1], self.height)
     }
 
-    /// Number of a cell along an axis, not cut off.
+    /// Number of a cell along an axis, as a fraction, also beyond the ground.
     fn cell(&self, axis: usize, x: f64) -> f64 {
         0.5 * ((x - self.middle[axis]) / self.half[axis] + 1.0) * CELLS as f64
     }
@@ -116,12 +117,13 @@ impl Ground {
             let along = || places.iter().map(|place| place[axis]);
             let (low, high) =
                 along().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-            // Not finite, or beside the ground.
+            // Leave out shapes that are not finite or lie beside the ground.
             let is_above = low.is_finite() && high >= 0.0 && low < CELLS as f64;
             is_above.then(|| low.max(0.0) as usize..(high.min(CELLS as f64 - 1.0) as usize + 1))
         };
         let (Some(columns), Some(rows)) = (range(0), range(1)) else { return };
-        // A cell is below a triangle if its middle is; a narrow one covers the cells of its edges.
+        // A cell is below a triangle if its middle is. A narrow triangle still covers the cells of
+        // its edges.
         for (n, &from) in places.iter().enumerate() {
             let to = places[(n + 1) % places.len()];
             let steps = (to[0] - from[0]).abs().max((to[1] - from[1]).abs()).ceil();
@@ -154,7 +156,7 @@ impl Ground {
     }
 }
 
-/// Means along the rows, as columns.
+/// Means along the rows. The result is transposed, so that the next blur runs along the columns.
 fn blurred(cover: &[f64]) -> Vec<f64> {
     let mut turned = vec![0.0; cover.len()];
     for row in 0..CELLS {
@@ -191,7 +193,7 @@ mod tests {
         let (below, beside) = (light(&shadow, 0.3, 0.3), light(&shadow, 2.5, 2.5));
         assert!(below < 1.0 - GREY - 0.4 * DARK, "{below}");
         assert!((beside - (1.0 - GREY)).abs() < 1e-3, "{beside}");
-        // The rim is that of the background, so that no edge of the ground is seen.
+        // The rim has the light of the background, so that no edge of the ground is visible.
         let side = CELLS + 1;
         for n in 0..side {
             for rim in [n, n * side, n * side + CELLS, CELLS * side + n] {

@@ -20,7 +20,7 @@ impl Colour {
     pub const STRIPE: Self = Self([0xf1, 0xd9, 0xd6]);
 }
 
-/// Sizes of text, in pixels of height.
+/// Fonts, by the height of their text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Font {
     /// 16 pixels.
@@ -57,18 +57,18 @@ impl Font {
 pub struct Image {
     width: u32,
     height: u32,
-    /// Three bytes a pixel, row by row.
+    /// Three bytes for each pixel, row by row.
     rgb: Vec<u8>,
 }
 
 impl Image {
-    /// A picture of background.
+    /// A picture in the colour of the background; sizes in pixels.
     pub fn new(width: u32, height: u32) -> Self {
         let rgb = Colour::BACKGROUND.0.repeat(width as usize * height as usize);
         Self { width, height, rgb }
     }
 
-    /// A picture that stands for a missing one: stripes and the reason.
+    /// A picture in place of a missing one, with stripes and the reason; sizes in pixels.
     pub fn failure([width, height]: [u32; 2], reason: &str) -> Self {
         let mut image = Self::new(width, height);
         image.stripe([0, 0], [width, height]);
@@ -78,7 +78,7 @@ impl Image {
         image
     }
 
-    /// A picture whose pixels are the means of `samples` × `samples` others.
+    /// A picture each of whose pixels is the mean of `samples` × `samples` samples.
     pub(crate) fn averaged(
         [width, height]: [u32; 2],
         samples: u32,
@@ -109,7 +109,7 @@ impl Image {
         self.height
     }
 
-    /// A pixel; `None` outside.
+    /// The colour of a pixel; `None` outside the picture.
     pub fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
         let place = self.place(x, y)?;
         Some(Colour([self.rgb[place], self.rgb[place + 1], self.rgb[place + 2]]))
@@ -120,7 +120,7 @@ impl Image {
             .then(|| 3 * (y as usize * self.width as usize + x as usize))
     }
 
-    /// Mixes a colour into a pixel, `weight` of 255; outside nothing happens.
+    /// Mixes a colour into a pixel, with `weight` out of 255. Does nothing outside the picture.
     fn mix(&mut self, x: u32, y: u32, colour: Colour, weight: u8) {
         let Some(place) = self.place(x, y) else { return };
         let weight = u32::from(weight);
@@ -131,7 +131,8 @@ impl Image {
         }
     }
 
-    /// Copies another picture to a place and cuts off pixels beyond this one.
+    /// Copies another picture to a place in this one, in pixels. Cuts off pixels beyond this
+    /// picture.
     pub fn paste(&mut self, other: &Self, left: u32, top: u32) {
         for y in 0..other.height {
             for x in 0..other.width {
@@ -142,7 +143,8 @@ impl Image {
         }
     }
 
-    /// Writes a line of text; characters that the font lacks become question marks.
+    /// Writes a line of text at a place in pixels. Characters that the font lacks become question
+    /// marks.
     pub fn write(&mut self, text: &str, left: u32, top: u32, font: Font, colour: Colour) {
         let (weight, height) = font.raster();
         let width = get_raster_width(weight, height) as u32;
@@ -158,7 +160,7 @@ impl Image {
         }
     }
 
-    /// Covers a rectangle with diagonal stripes.
+    /// Covers a rectangle with diagonal stripes; place and size in pixels.
     pub fn stripe(&mut self, [left, top]: [u32; 2], [width, height]: [u32; 2]) {
         for y in 0..height {
             for x in 0..width {
@@ -169,7 +171,7 @@ impl Image {
         }
     }
 
-    /// The bytes of a PNG file; the same picture gives the same bytes.
+    /// The bytes of a PNG file. The same picture gives the same bytes.
     ///
     /// # Errors
     /// [`RenderError::Png`] when a side is 0 or too long for the format.

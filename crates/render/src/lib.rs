@@ -7,21 +7,20 @@
 //! ```
 //!
 //! A [`Subject`] holds the constant parts of a scene: triangles and lines between particles, and
-//! the surfaces of the obstacles. Each picture gets positions in the order of the specification.
-//! Pass positions for display
-//! ([`System::display_positions`](drape_model::System::display_positions)), which lie outside of
-//! every obstacle.
+//! the surfaces of the obstacles. Each picture takes positions in the order of the specification.
+//! Pass display positions ([`System::display_positions`](drape_model::System::display_positions)),
+//! which lie outside of every obstacle.
 //!
 //! `retrofire-core` rasterises a picture into a z-buffer, with three by three samples a pixel. The
 //! same positions give the same bytes. Light comes from the upper left of the camera; the two sides
-//! of a cloth have different colours. Pins are dots. A [`Ground`] carries the shadow of light from
-//! above, so that one sees how high a cloth hangs.
+//! of a cloth have different colours. Pins are dots. A [`Ground`] carries the shadow of a light
+//! from above, which shows how high a cloth hangs.
 //!
 //! | symbol | name in the code | unit | shape |
 //! |---|---|---|---|
-//! | `x` | positions | m | one a particle |
+//! | `x` | positions | m | 3 numbers per particle |
 //! | – | [`Subject::triangles`], [`Subject::lines`] | indices | per triangle, per line |
-//! | `t` | [`Animation::push`] | s | one a frame |
+//! | `t` | [`Animation::push`] | s | one number per frame |
 
 pub mod animation;
 pub mod camera;

@@ -1,14 +1,14 @@
 //! Wavefront OBJ files.
 //!
-//! Numbers have as many digits as they need, so that a reader of float64 gets the same bits.
-//! Positions are in metres, z is up, as in the scenes.
+//! Numbers have as many digits as a reader of float64 needs to get the same bits. Positions are in
+//! metres, and z is up, as in scenes.
 
 use crate::{Solid, Subject};
 use drape_model::Vec3;
 use std::fmt::Write as _;
 
-/// The cloth at positions `x`, m: one vertex a particle, in the order of the specification, and its
-/// triangles; without triangles its lines.
+/// The cloth at positions `x`, m: one vertex for each particle, in the order of the specification,
+/// and its triangles. A cloth without triangles has its lines instead.
 pub fn cloth(subject: &Subject, x: &[Vec3]) -> String {
     let mut text = String::from("o cloth\n");
     vertices(&mut text, x);
@@ -33,7 +33,7 @@ pub fn solids(solids: &[Solid]) -> String {
     text
 }
 
-// Writing to a string does not fail.
+// Writing to a string cannot fail.
 
 fn vertices(text: &mut String, x: &[Vec3]) {
     for x in x {

@@ -4,20 +4,20 @@ use crate::subject::{bounds, grid};
 use crate::surface::area_normal;
 use drape_model::{ClosedMesh, Obstacle, Path, Shape, Vec3};
 
-/// Cells of a sphere's surface around its axis; half as many from pole to pole.
+/// Number of cells of a sphere's surface around its axis; half as many run from pole to pole.
 const AROUND: u32 = 64;
-/// Cells of the tile along each side that stands for a plane.
+/// Number of cells along each side of the tile that stands for a plane.
 const TILES: u32 = 10;
-/// Radius of the edges of a box in pictures over the length of a typical line on the cloth. A
+/// Radius of the edges of a box in pictures, over the length of a typical line on the cloth. A
 /// radius of 1.21 just hides the edge below a line that bends over it.
 const SOFTNESS: f64 = 1.3;
-/// Depth by which meshes shrink in pictures over the length of a typical line on the cloth. A line
-/// over a sharp edge cuts in by 0.354 of its length, and some lines are longer than most.
+/// Depth by which meshes shrink in pictures, over the length of a typical line on the cloth. A line
+/// over a sharp edge cuts in by 0.354 of its length, and some lines are longer than a typical one.
 const DEPTH: f64 = 0.36;
-/// Least cosine between the normals of a corner and a face. It bounds how much farther a corner
-/// moves than the face.
+/// Least cosine between the normals of a corner and a face that counts. It limits how much farther
+/// the corner moves than the face.
 const STEEPEST: f64 = 0.5;
-/// Tries of half the depth each where a mesh is thin.
+/// How often the depth is halved where a mesh is thin.
 const HALVINGS: usize = 6;
 /// Cells of a softened face along each side.
 const FACE: u32 = 40;
@@ -27,7 +27,7 @@ const TILE: f64 = 1.6;
 /// The surface of an obstacle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// Name in files: `plane`, `box`, `sphere` or `mesh`, with its number.
+    /// Name in files: the kind `plane`, `box`, `sphere` or `mesh`, with a number.
     pub name: String,
     /// Corners at the start, m.
     pub points: Vec<Vec3>,
@@ -36,12 +36,12 @@ pub struct Solid {
     /// Lines that are drawn: the edges of a box, the squares of a plane.
     pub lines: Vec<[u32; 2]>,
     /// The surface in pictures, if it differs: points, m, and triangles. A cloth of straight pieces
-    /// that bends over an edge would cut through the true surface. So boxes get round edges within
-    /// the box, and meshes shrink by some depth.
+    /// that bends over an edge would cut through the true surface. So boxes get round edges that
+    /// lie within the box, and meshes shrink by some depth.
     pub softened: Option<(Vec<Vec3>, Vec<[u32; 3]>)>,
     /// Whether the obstacle has no end, so that a camera need not show all of it.
     pub is_endless: bool,
-    /// How it moves, if it does.
+    /// Its path, if it moves.
     pub path: Option<Path>,
 }
 
@@ -115,7 +115,7 @@ fn tiles(point: &Vec3, normal: &Vec3, cloth: &[Vec3]) -> Vec<Vec3> {
     let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
     let middle = (low + high) * 0.5;
     let middle = middle - normal * normal.dot(&(middle - point));
-    // A direction within the plane, along x where that is possible.
+    // A direction within the plane, along the projection of x unless the normal is near x.
     let along = if normal.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
     let along = (along - normal * normal.dot(&along)).normalize();
     let across = normal.cross(&along);
@@ -140,12 +140,12 @@ fn normals_by_angle(x: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     normals.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::z)).collect()
 }
 
-/// The corners of a mesh, moved so that its faces lie `depth` m within it, or less if the mesh is
-/// thinner than twice that.
+/// The corners of a mesh, m, moved so that its faces lie `depth` m within the mesh, or less where
+/// the mesh is too thin.
 fn shrunk(obstacle: &Obstacle, mesh: &ClosedMesh, depth: f64) -> Vec<Vec3> {
     let (x, triangles) = (mesh.vertices(), mesh.triangles());
     let outward = normals_by_angle(x, triangles);
-    // The least cosine of the angles with the faces around: a corner moves farther than they do.
+    // The least cosine of the angles with the faces around a corner: it moves farther than they do.
     let mut cosines = vec![1.0_f64; x.len()];
     for &triangle in triangles {
         let face = area_normal(x, triangle);
@@ -156,7 +156,7 @@ fn shrunk(obstacle: &Obstacle, mesh: &ClosedMesh, depth: f64) -> Vec<Vec3> {
     let corner = |((x, outward), cosine): ((&Vec3, &Vec3), &f64)| {
         let mut way = depth / cosine.max(STEEPEST);
         for _ in 0..HALVINGS {
-            // The mesh must be thick enough behind.
+            // The mesh must be thick enough behind the corner.
             if obstacle.distance(&(x - outward * (3.0 * way))).0 <= -way * cosine.max(STEEPEST) {
                 return x - outward * way;
             }
@@ -173,7 +173,7 @@ fn rounded_box(center: Vec3, half_extents: Vec3, radius: f64) -> (Vec<Vec3>, Vec
     let core = half_extents - Vec3::repeat(radius);
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     let (face, _) = grid(FACE + 1, FACE + 1);
-    // More cells where the edge is round.
+    // More cells lie where the edge is round.
     let at = |n: u32| libm::sin((f64::from(n) / f64::from(FACE) - 0.5) * std::f64::consts::PI);
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
@@ -196,7 +196,7 @@ fn rounded_box(center: Vec3, half_extents: Vec3, radius: f64) -> (Vec<Vec3>, Vec
     (points, triangles)
 }
 
-/// A sphere by circles of latitude, the poles one point each.
+/// A sphere from circles of latitude; each pole is one point.
 fn sphere(center: Vec3, radius: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let rows = AROUND / 2;
     let turn = std::f64::consts::TAU / f64::from(AROUND);

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 /// Greatest size of an obstacle over the size of the cloth at which a picture shows all of it.
 const LARGEST: f64 = 4.0;
 
-/// The constant parts of a picture; positions come with each one.
+/// The constant parts of pictures. Positions come with each picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Subject {
     /// Triangles of the cloth, as indices of particles.
@@ -17,14 +17,14 @@ pub struct Subject {
     /// Lines on the cloth: its tension springs, or all edges if it has none. Without triangles: all
     /// springs.
     pub lines: Vec<[u32; 2]>,
-    /// The obstacles, where they start.
+    /// The obstacles, at their places at the start.
     pub solids: Vec<Solid>,
     /// Particles that are drawn as pins.
     pub pins: Vec<u32>,
-    /// Number of the group of each particle, whose colour the cloth has there; empty: two colours,
-    /// one a side.
+    /// Number of the group of each particle, which gives the cloth its colour there. If empty, the
+    /// cloth has two colours, one for each side.
     pub groups: Vec<usize>,
-    /// Particles that are drawn as dots in the colour of a number.
+    /// Particles that are drawn as dots, each with the number of its colour.
     pub marks: Vec<(u32, usize)>,
     /// The ground on which shadows fall.
     pub ground: Option<Ground>,
@@ -58,8 +58,8 @@ impl Subject {
         Self { triangles, lines, solids, ..Self::default() }
     }
 
-    /// The subject with a ground below these points, m, unless a plane is its ground already; and
-    /// the points that a picture of it must show.
+    /// The subject with a ground below these points, m, and the points that a picture of it must
+    /// show, m. It gets no ground if one of its obstacles is a plane.
     pub fn on_ground(mut self, mut points: Vec<Vec3>) -> (Self, Vec<Vec3>) {
         let has_plane = self.solids.iter().any(|solid| solid.is_endless);
         self.ground = if has_plane { None } else { Ground::under(&points) };
@@ -72,7 +72,7 @@ impl Subject {
         self.solids.iter().any(|solid| solid.path.is_some())
     }
 
-    /// The subject at `t` seconds, with its obstacles at rest at their places.
+    /// The subject with its obstacles at rest at their places after `t` seconds.
     pub fn at(&self, t: f64) -> Cow<'_, Self> {
         if !self.moves() {
             return Cow::Borrowed(self);
@@ -86,8 +86,8 @@ impl Subject {
         Cow::Owned(subject)
     }
 
-    /// The points that a picture of the cloth at positions `x`, m, must show: the cloth, and
-    /// obstacles that are not much larger. Positions that are not finite are left out.
+    /// The points, m, that a picture of the cloth at positions `x`, m, must show: the cloth, and
+    /// obstacles that are not much larger than it. Leaves out positions that are not finite.
     pub fn points(&self, x: &[Vec3]) -> Vec<Vec3> {
         let is_finite = |x: &&Vec3| x.iter().all(|c| c.is_finite());
         let mut points: Vec<Vec3> = x.iter().filter(is_finite).copied().collect();

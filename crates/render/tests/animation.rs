@@ -1,4 +1,4 @@
-//! Animations, read back by the reader of glTF.
+//! Animations, read back by a reader of glTF.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

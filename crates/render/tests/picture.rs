@@ -20,7 +20,7 @@ fn seen(view: &str, x: &[Vec3], obstacles: &[Shape]) -> Image {
 }
 
 fn middle(image: &Image) -> [i32; 3] {
-    // Beside the lines of the grid.
+    // These points lie beside the lines of the grid.
     image.pixel(SIZE[0] / 2 + 7, SIZE[1] / 2 + 3).unwrap().0.map(i32::from)
 }
 
@@ -140,7 +140,7 @@ fn an_obj_file_reads_back_to_the_same_bits() {
     assert_eq!(bits(&read), bits(&written));
     assert_eq!(text.lines().filter(|line| line.starts_with("f ")).count(), 8);
 
-    // Indices of the second object count on from the first one.
+    // Indices of the second object continue those of the first.
     let text = obj::solids(&subject.solids);
     let vertices = text.lines().filter(|line| line.starts_with("v ")).count();
     let faces = text.lines().filter_map(|line| line.strip_prefix("f "));

@@ -1,30 +1,31 @@
 //! `--method auto`: the form and the step for a scene and an error, without a run.
 //!
-//! The study `work-precision` says what each form pays on some scenes for some errors. A new scene
-//! is compared with these by three numbers and by whether a pin holds it:
+//! The study `work-precision` measures the modelled time that each form needs on each of its scenes
+//! for each error. A new scene is compared with these scenes by three numbers, and by whether a pin
+//! holds it:
 //!
-//! * `ω`, the bound of its greatest angular frequency by Gershgorin,
-//! * `ζ = δ/ω`, with the same bound `δ` of its damping over mass,
+//! * `ω`, Gershgorin's bound of its greatest angular frequency,
+//! * `ζ = δ/ω`, where `δ` is the same bound of its damping over mass,
 //! * `n`, its number of particles.
 //!
-//! A form is judged by the *factors* `f` that it pays on the scenes of the study, as multiples of
-//! the fastest form there. Near scenes weigh most: `q = exp(−d²)` with
+//! A form is judged by its *factor* `f` on each scene of the study: its modelled time over that of
+//! the fastest form there. Scenes near the new one weigh most, by `q = exp(−d²)` with
 //!
 //! ```text
 //! d² = (Δ lg ω²)² + (Δ lg ζ)² + 0.3 (Δ lg n)² + 0.3 [one is held, the other is free]
 //! score = (Σ q (ln f)² / Σ q)^½
 //! ```
 //!
-//! A form that never gets to the error on a scene has `ln f = 5` there. The step comes from the same
-//! scenes, by the same weights, as the mean of its logarithm. It scales with `1/ω` for forms that
-//! take tension at the old level.
+//! A form that never gets to the error on a scene has `ln f = 5` there. The logarithm of the step
+//! is the mean over the same scenes with the same weights. For forms that take tension at the old
+//! level, the step scales with `1/ω`.
 //!
-//! A step is never longer than asked for, so a form whose own step is longer pays more: its score
-//! grows by the logarithm of that quotient. The least score wins.
+//! No step is longer than the one asked for. A form that could take longer steps loses by that: its
+//! score grows by the logarithm of its own step over the longest allowed one. The least score wins.
 //!
-//! [`judge`] holds the rule against the study itself, with and without the scene that is asked
-//! about. The table in the source is a digest of the record; `cargo run -p drape-tests --bin auto`
-//! writes it, and `results/auto.md`, anew.
+//! [`judge`] checks the rule against the study itself, with and without the scene in question. The
+//! table in the source is a digest of the record. `cargo run -p drape-tests --bin auto` writes the
+//! table and `results/auto.md` anew.
 
 #[cfg(test)]
 mod tests;
@@ -43,19 +44,20 @@ use std::sync::LazyLock;
 
 /// The id that stands for the choice.
 pub const AUTO: &str = "auto";
-/// Errors of the study for which there are numbers, as a part of the motion; from the greatest.
+/// The errors for which the table has numbers, as parts of the motion, the greatest first.
 pub const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
-/// The error without one.
+/// The error where the user gives none, as a part of the motion.
 pub const USUAL_ERROR: f64 = 1e-2;
 /// `ln f` of a form that does not get to an error.
 const NEVER: f64 = 5.0;
 /// Weight of a change of size, and of pins.
 const SIZE: f64 = 0.3;
 const PINS: f64 = 0.3;
-/// Damping over `ω` that counts as none.
+/// A damping `δ/ω` up to this value counts as none.
 const UNDAMPED: f64 = 1e-6;
-/// Bound of the damping of a scene of the study over that of a tension spring: four of them and four
-/// shear springs of a tenth at a particle, twice.
+/// Bound of the damping of a scene of the study over the damping of one of its tension springs.
+/// Four tension springs and four shear springs of a tenth meet at a particle, and Gershgorin's
+/// bound counts each twice.
 const DAMPING_BOUND: f64 = 8.8;
 
 /// A scene as the rule sees it.
@@ -73,7 +75,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// Where a system stands; `None` without springs.
+    /// The place of a system; `None` for a system without springs.
     #[must_use]
     pub fn of(system: &System) -> Option<Self> {
         let (square, damping_per_s) = gershgorin(system);
@@ -191,7 +193,7 @@ fn rounded(value: f64) -> f64 {
     if scale.is_finite() { (value * scale).round() / scale } else { value }
 }
 
-/// What is turned from run to run: steps are asked for, or frames are divided.
+/// The setting that the runs of a row vary: the step, s, or `safety`.
 fn knob(row: &Row, run: &Run) -> Option<f64> {
     match row.knob.as_str() {
         "steps" => run.step_s,
@@ -211,10 +213,10 @@ fn reached(row: &Row, level: f64) -> Option<Reached> {
 }
 
 impl Table {
-    /// The digest of a record of the study `work-precision`.
+    /// The digest of a record of the study `work-precision`, from the record's JSON text.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// [`serde_json::Error`] where the text is no such record.
     pub fn of_record(text: &str) -> serde_json::Result<Self> {
         let Record { facts, provenance } = serde_json::from_str(text)?;
         let digest = |reached: Reached| Reached {
@@ -249,7 +251,7 @@ struct Candidate<'a> {
     form: &'a Known,
     /// Least is best; `exp` of it is about the factor over the best form.
     score: f64,
-    /// Step, s, or `safety`; `None` where no scene of the study tells.
+    /// Step, s, or `safety`; `None` where the form gets to the error on no scene of the study.
     value: Option<f64>,
 }
 
@@ -314,22 +316,22 @@ fn is_limited(method: &str) -> bool {
     Choice::parse(method, &[]).is_ok_and(|choice| is_explicit(choice.method()))
 }
 
-/// What is asked for.
+/// The error and the steps that the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wish {
     /// Greatest error, as a part of the motion.
     pub error: f64,
-    /// The step that was given, s: no other one is taken.
+    /// The step that the user gave, s; the choice keeps it.
     pub step_s: Option<f64>,
-    /// The step of the scene, s: steps are parts of it.
+    /// The step of the scene, s. Without a given step, the choice divides it evenly.
     pub frame_s: f64,
 }
 
-/// The error that a text like `auto:error=0.01`, with more settings, asks for; `None` where it names
-/// a method.
+/// The error that a text such as `auto:error=0.01` and further settings ask for, as a part of the
+/// motion; `None` where the text names a method.
 ///
 /// # Errors
-/// A setting that is not `error`, or an error that the study does not reach.
+/// [`Violation`] for a setting other than `error`, and for an error outside the range of the study.
 pub fn wanted(text: &str, more: &[String]) -> Result<Option<f64>, Violation> {
     let (id, settings) = text.split_once(':').unwrap_or((text, ""));
     if id != AUTO {
@@ -351,7 +353,7 @@ pub fn wanted(text: &str, more: &[String]) -> Result<Option<f64>, Violation> {
     Ok(Some(error))
 }
 
-/// The choice.
+/// The form and the step that were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pick {
     /// Method id with settings.
@@ -360,14 +362,15 @@ pub struct Pick {
     pub step_s: f64,
     /// Whether the error should be met with the step.
     pub is_met: bool,
-    /// Why, in two sentences or three.
+    /// Why, in two or three sentences.
     pub reason: String,
 }
 
 /// Chooses a form and a step for a frozen system.
 ///
 /// # Errors
-/// A value of the system that is refused, a cloth without springs, or one that every form refuses.
+/// [`HarnessError`] where a value of the system is refused, where the cloth has no springs, and
+/// where no form supports the system.
 pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     let (system, _) = spec.build()?;
     let none = |value: &str| Violation {
@@ -405,8 +408,8 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     Ok(Pick { reason, ..pick })
 }
 
-/// The first candidate that should keep the error with a given step, and `true`; without one the
-/// candidate whose own step is the longest, and `false`.
+/// The first candidate that should keep the error with the given step, and `true`. Where no
+/// candidate does, the candidate whose own step is the longest, and `false`.
 fn first<'a>(all: &'a [Candidate<'a>], step: Option<f64>) -> Option<(&'a Candidate<'a>, bool)> {
     let own = |candidate: &Candidate<'_>| candidate.value.filter(|_| !candidate.form.is_divided);
     let serves = |candidate: &&Candidate<'_>| {
@@ -420,7 +423,7 @@ fn first<'a>(all: &'a [Candidate<'a>], step: Option<f64>) -> Option<(&'a Candida
     longest.map(|longest| (longest, false))
 }
 
-/// The longest part of a frame that is at most `most`, s.
+/// The longest step of at most `most`, s, that divides a frame evenly, s.
 fn part_of(frame: f64, most: f64) -> f64 {
     frame / (frame / most * (1.0 - 1e-9)).ceil().max(1.0)
 }
@@ -480,8 +483,8 @@ pub struct Case {
     pub level: f64,
     /// The form.
     pub method: String,
-    /// Least modelled time of the form for this error over that of the best form; `None` where the
-    /// form does not get there.
+    /// Least modelled time of the form at this error, over that of the best form; `None` where the
+    /// form does not get to the error.
     pub regret: Option<f64>,
     /// Whether the form keeps the error with the foreseen step.
     pub is_met: bool,
@@ -490,11 +493,11 @@ pub struct Case {
     pub with_step: Option<f64>,
 }
 
-/// Holds the rule against a record of the study `work-precision`. With `is_held_out` each scene is
-/// foreseen from the others.
+/// Checks the rule against a record of the study `work-precision`, given as JSON text. With
+/// `is_held_out`, the choice for each scene rests on the other scenes alone.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// [`serde_json::Error`] where the text is no such record.
 pub fn judge(text: &str, is_held_out: bool) -> serde_json::Result<Vec<Case>> {
     let table = Table::of_record(text)?;
     let Record { facts, .. } = serde_json::from_str(text)?;

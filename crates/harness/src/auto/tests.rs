@@ -24,20 +24,20 @@ fn every_form_of_the_table_is_a_method_of_the_registry() {
     }
 }
 
-/// A sheet of the study is where the study has it.
+/// A sheet like one of the study has nearly the place of that scene.
 #[test]
 fn a_system_has_the_place_of_its_like_in_the_study() {
     let (system, _) = spec("hanging-textile-1e6").build().unwrap();
     let place = Place::of(&system).unwrap();
     let like = table().scenes.iter().find(|scene| scene.id == "hanging light 1e6 n=400").unwrap();
     assert_eq!((place.particles, place.is_held), (400, true));
-    // Without its shear springs, of a quarter: ω² is 8 in place of 10 k/m.
+    // This sheet lacks the shear springs of the study's: its ω² is 8 k/m in place of 10 k/m.
     let ratio = place.frequency_per_s / like.place.frequency_per_s;
     assert!((ratio - 0.8_f64.sqrt()).abs() < 0.05, "{ratio}");
     assert!(place.distance(&like.place) < 1.0, "{}", place.distance(&like.place));
 }
 
-/// What is foreseen follows the study: the fastest form of a scene, at that scene.
+/// On a scene of the study, the rule chooses a form that is among the fastest there.
 #[test]
 fn a_scene_of_the_study_gets_a_form_that_is_among_its_fastest() {
     let table = table();
@@ -123,8 +123,7 @@ fn numbers_are_rounded_to_four_digits() {
     );
 }
 
-/// The case that the rule was not made for: a form that never gets to the error is not chosen
-/// where another one does.
+/// A form that never gets to the error is not chosen where another form does.
 #[test]
 fn what_never_gets_there_is_not_chosen() {
     let known = |method: &str, reached| Known {
@@ -140,7 +139,7 @@ fn what_never_gets_there_is_not_chosen() {
     let ranked = ranking(&table, &place, 0, None, 1.0);
     assert_eq!(ranked[0].form.method, "imex-euler");
     assert_eq!((ranked[0].score, ranked[1].score), (0.0, NEVER));
-    // Twice as fast a frame as its step: twice the price.
+    // The longest allowed step is half of the form's own one: twice the price.
     let capped = ranking(&table, &place, 0, None, 0.005);
     assert!((capped[0].score - 2.0_f64.ln()).abs() < 1e-12, "{}", capped[0].score);
 }

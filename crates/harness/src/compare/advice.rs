@@ -6,10 +6,10 @@ use drape_report::printable;
 
 /// Names in a list; the others are counted.
 const NAMES: usize = 5;
-/// How much harder and easier targets are that might change the advice.
+/// Factors on the target at which the advice is read again, to see whether it changes.
 const OTHER_TARGETS: [f64; 2] = [0.25, 4.0];
 
-/// A run that is advised.
+/// A run that the advice names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pick {
     /// Place of the run in [`Facts::runs`].
@@ -27,16 +27,16 @@ pub struct Advice {
     pub ties: Vec<Pick>,
     /// The next form after the ties.
     pub runner_up: Option<Pick>,
-    /// Forms that stopped because they are slower, as far as nothing else is told of them.
+    /// Labels of the forms that are slower than the advised one and stand in no other list.
     pub slower: Vec<String>,
-    /// The same for forms that no number of steps brought within the target.
+    /// Labels of the forms that met the target with no number of steps and stand in no other list.
     pub missed: Vec<String>,
-    /// Forms that meet the target on the scene and not on the pushed cloth.
+    /// Forms that meet the target on the scene, but not on the pushed cloth.
     pub strays: Vec<String>,
-    /// Forms that meet the target by a run of which most steps stopped before their tolerance: without
-    /// a true motion such runs agree with themselves, whatever they err.
+    /// Forms that meet the target only by runs in which the solver stopped most steps before its
+    /// tolerance. Without a true motion such runs agree with themselves, however wrong they are.
     pub doubtful: Vec<String>,
-    /// Where none meets the target: the sound run that errs least.
+    /// Where no run meets the target, the sound run with the least error.
     pub closest: Option<Pick>,
     /// Forms that gained energy, with the most steps a frame at which they did.
     pub explodes: Vec<(String, u32)>,
@@ -46,12 +46,13 @@ pub struct Advice {
     pub locks: Vec<(String, u32)>,
     /// Forms that were refused, with the reason.
     pub refused: Vec<(String, String)>,
-    /// Other targets, m, that would change the form, with the run that they take.
+    /// Other targets, m, for which the advice names another form, each with the place of its run.
     pub other_targets: Vec<(f64, usize)>,
 }
 
-/// The cheapest run of each form that meets a target, m, the cheapest first. Without a true motion,
-/// runs of which most steps stopped before their tolerance count only where there are no others.
+/// Places of the runs that meet a target, m: the cheapest run of each form, the cheapest first.
+/// Without a true motion, runs whose solver stopped most steps before its tolerance count only
+/// where no other run meets the target.
 pub(super) fn ranking(target_m: f64, (scene, truth): (&Scene, &Truth), runs: &[Run]) -> Vec<usize> {
     let mut best: Vec<usize> = Vec::new();
     for (n, run) in runs.iter().enumerate().filter(|(_, run)| truth.is_met(target_m, run)) {
@@ -164,7 +165,7 @@ fn listed(names: &[String], mark: &str) -> String {
     if more > 0 { format!("{names}{mark}{more} more") } else { names }
 }
 
-/// A word of a command line that a shell takes as one word.
+/// A word, quoted where a shell would not take it as one word.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A moment at which the time is over, or that at which the user interrupts the comparison.
+/// The moment at which the time is over, which the user may bring forward by an interruption.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Deadline {
     at: Instant,
@@ -15,7 +15,7 @@ impl Deadline {
         Self { at, interrupt }
     }
 
-    /// The time that is left; none after an interruption.
+    /// The time that is left; zero after an interruption.
     pub(super) fn left(self) -> Duration {
         if self.interrupt.is_some_and(|interrupt| interrupt.load(Ordering::Relaxed)) {
             return Duration::ZERO;

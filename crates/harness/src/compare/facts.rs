@@ -172,8 +172,9 @@ pub struct Run {
 }
 
 impl Facts {
-    /// An error up to this meets the target, m: two motions that differ by noise alone are apart
-    /// by the noise, and one that errs as much besides by about twice that.
+    /// The greatest error that meets the target, m: the target, or twice the noise where that is
+    /// more. Two motions that differ by noise alone are apart by the noise. A motion with an error
+    /// of the same size is apart by about twice that.
     pub fn good_m(&self) -> f64 {
         self.truth.good_m(self.scene.target_m)
     }
@@ -183,7 +184,8 @@ impl Facts {
         self.truth.is_met(self.scene.target_m, run)
     }
 
-    /// Whether a run meets the target but for the push: there it gains no energy and errs too much.
+    /// Whether a run meets the target, but exceeds it on the pushed cloth, where it gains no
+    /// energy.
     pub fn strays(&self, run: &Run) -> bool {
         let target_m = self.scene.target_m;
         self.truth.is_met_here(target_m, run) && !self.truth.is_near_when_pushed(target_m, run)
@@ -201,19 +203,19 @@ impl Truth {
         target_m.max(2.0 * self.floor_m.unwrap_or(0.0))
     }
 
-    /// Whether a run meets a target, m: it is sound, errs little enough, and where the cloth is
-    /// pushed it gains no energy and errs little enough, as far as that was tried.
+    /// Whether a run meets a target, m: it is sound and its error is small enough. On the pushed
+    /// cloth, as far as that was tried, it gains no energy and its error is small enough, too.
     pub fn is_met(&self, target_m: f64, run: &Run) -> bool {
         self.is_met_here(target_m, run) && self.is_near_when_pushed(target_m, run)
     }
 
-    /// As [`is_met`](Self::is_met), whatever the error where the cloth is pushed.
+    /// As [`is_met`](Self::is_met), whatever the error on the pushed cloth.
     fn is_met_here(&self, target_m: f64, run: &Run) -> bool {
         let is_near = run.error_m.is_some_and(|error| error <= self.good_m(target_m));
         run.is_sound() && is_near && !run.is_fragile()
     }
 
-    /// Whether a run errs little enough where the cloth is pushed, or that was not tried.
+    /// Whether the error on the pushed cloth is small enough, or was not measured.
     fn is_near_when_pushed(&self, target_m: f64, run: &Run) -> bool {
         let good = target_m.max(2.0 * self.pushed_floor_m.unwrap_or(0.0));
         run.pushed_m.is_none_or(|error| error <= good)
@@ -227,12 +229,13 @@ impl Run {
         matches!(self.verdict, Verdict::Stable | Verdict::Open)
     }
 
-    /// Whether it gains energy once the cloth is pushed a little: its step is at the edge.
+    /// Whether it gains energy once the cloth is pushed a little: its step is at the edge of
+    /// stability.
     pub fn is_fragile(&self) -> bool {
         self.holds_when_pushed == Some(false)
     }
 
-    /// Whether more than half of its steps stopped before the tolerance of their solver, in so many
+    /// Whether the solver stopped before its tolerance in more than half of the steps of so many
     /// frames.
     pub fn is_rough(&self, frames: u32) -> bool {
         2 * self.unconverged_steps > u64::from(frames) * u64::from(self.substeps)

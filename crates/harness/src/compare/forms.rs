@@ -8,9 +8,9 @@ use drape_model::Violation;
 
 /// Most steps a frame of a form that stiffness does not limit.
 const MOST: u32 = 256;
-/// Most steps a frame of a form that stiffness limits, over the number within the limit.
+/// Most steps a frame of a form that stiffness limits, over the number at the limit of stability.
 const MOST_LIMITED: f64 = 16.0;
-/// The fewest, over that number.
+/// Fewest steps a frame of such a form, over that number.
 const LEAST_LIMITED: f64 = 0.7;
 
 /// A form that takes part.
@@ -22,7 +22,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// A choice by its full name.
+    /// The entry of a choice, labelled with all its settings.
     pub(super) fn of(choice: &Choice) -> Self {
         let substeps =
             if is_explicit(choice.method()) { Substeps::Limit } else { Substeps::Ladder };
@@ -30,13 +30,13 @@ impl Entry {
     }
 }
 
-/// All forms of the registry: those of the study of animation, and each method at its defaults.
+/// All forms of the registry: those of the study `animation`, and each method at its defaults.
 fn registered() -> impl Iterator<Item = Film> {
     methods::runs().flat_map(|(method, runs)| {
         let substeps = if is_explicit(method) { Substeps::Limit } else { Substeps::Ladder };
         let mut films = or_defaults(method, runs.animation, |form| Film { form, substeps });
         if films.iter().all(|film| film.form.method != method.id) {
-            // The film of this label has settings that it does not tell.
+            // A form under the bare id has settings that this label hides: write them out.
             for film in films.iter_mut().filter(|film| film.form.label == method.id) {
                 film.form.label = film.form.method;
             }
@@ -52,9 +52,9 @@ fn entry(film: &Film) -> Result<Entry, HarnessError> {
     Ok(Entry { label: label.to_owned(), choice, substeps: film.substeps })
 }
 
-/// The forms that `text` names, or all of the registry. Commas part methods, and also the settings
-/// of one: a part with `=` and without a colon before it belongs to the method before. A bare id
-/// stands for all registered forms of the method.
+/// The forms that `text` names, or all of the registry. Commas separate methods, and also the
+/// settings of one method: a part with `=` and without a colon before it belongs to the method
+/// before. A bare id stands for all registered forms of the method.
 pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
     let Some(text) = text else { return registered().map(|film| entry(&film)).collect() };
     let mut named: Vec<String> = Vec::new();
@@ -86,7 +86,7 @@ pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
         for film in registered().filter(own) {
             entries.push(entry(&film)?);
         }
-        // Settings of one's own, or a program, which the registry does not know.
+        // The user's own settings, or a program: the registry does not know such a form.
         if entries.len() == known {
             entries.push(Entry { label: method, ..Entry::of(&choice) });
         }
@@ -101,8 +101,8 @@ pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
     Ok(entries)
 }
 
-/// The numbers of steps a frame of a form, coarse to fine; `limit` are those within the limit of
-/// symplectic Euler.
+/// The numbers of steps a frame with which a form is tried, coarse to fine. `limit` is the number
+/// at the limit of symplectic Euler.
 pub(super) fn ladder(substeps: Substeps, limit: u32) -> Vec<u32> {
     match substeps {
         Substeps::Ladder => {

@@ -1,14 +1,14 @@
-//! What an interrupted comparison has found, in a journal.
+//! The journal of a comparison, from which an interrupted one goes on.
 //!
-//! Everything that took time is a cell: the true motion, what a step of each form costs, and each
-//! run with the cloth at its end. A run that was stopped because the time was over is none. A
-//! comparison that finds such cells makes the same decisions again, at once, and goes on where it
-//! was interrupted. Cells carry the time at which they were done, so the budget is that of all
-//! processes together.
+//! Every result that took time is a cell: the true motion, the cost of a step of each form, and
+//! each run with the cloth at its end. A run that stopped because the time was over has no cell. A
+//! comparison that finds such cells repeats the decisions at once, and goes on where it was
+//! interrupted. Each cell carries the time at which it was done, so that all processes together
+//! share one budget.
 //!
-//! That no true motion was found holds for one budget only: with another one it is looked for again.
-//! A run that was held against itself is no run that is held against a true motion: it is a cell of
-//! its own.
+//! A search without a true motion counts for its budget only: with another budget the search starts
+//! again. A run that was compared with its own form has another cell than a run that was compared
+//! with the true motion.
 
 use super::facts::{End, Run, Truth};
 use super::truth::Found;
@@ -23,18 +23,18 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory<'a> {
     journal: &'a Journal,
-    /// When the comparison began, if no process had interrupted it.
+    /// When the comparison would have begun, had it run without an interruption.
     begin: Instant,
 }
 
-/// A finding with the seconds that had passed then.
+/// A finding, with the seconds that the comparison had taken by then.
 #[derive(Serialize, Deserialize)]
 struct Cell<T> {
     at_s: f64,
     found: T,
 }
 
-/// A look with its positions in one list.
+/// A look whose positions stand in one list.
 #[derive(Serialize, Deserialize)]
 struct Picture {
     x: Vec<f64>,
@@ -42,7 +42,7 @@ struct Picture {
     strain: f64,
 }
 
-/// What came of a run where the cloth is pushed at the start.
+/// The result of a run in which the cloth is pushed at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pushed {
     /// Whether it gains no energy in any direction.
@@ -96,24 +96,24 @@ fn points(flat: &[f64]) -> Vec<Vec3> {
 
 const TRUTH: &str = "true motion";
 
-/// The cell of what was not found in so much time.
+/// The part of the journal for a search that found no true motion within this budget.
 fn no_truth(budget: Duration) -> String {
     format!("no {TRUTH} within {} s", budget.as_secs_f64())
 }
 
-/// Where the pushes of a form are kept.
+/// The part of the journal for the pushes of a form.
 fn pushes(form: &str, is_held: bool) -> String {
     if is_held { format!("push of {form}") } else { format!("push of {form} alone") }
 }
 
-/// The cells of the runs of a form.
+/// The part of the journal for the runs of a form.
 fn runs(form: &str, is_trusted: bool) -> String {
     let held = if is_trusted { "" } else { ", held against themselves" };
     format!("runs of {form}{held}")
 }
 
 impl<'a> Memory<'a> {
-    /// What the journal holds. The time of this process began at `began`, or begins now.
+    /// Reads the journal. The time of this process began at `began`, or begins now.
     pub(super) fn new(journal: &'a Journal, began: Option<Instant>) -> Self {
         let at = |cell: &serde_json::Value| cell.get("at_s").and_then(serde_json::Value::as_f64);
         let spent = journal.results().filter_map(at).fold(0.0, f64::max);
@@ -136,7 +136,7 @@ impl<'a> Memory<'a> {
         self.journal.kept::<Cell<T>>(part, number as usize).map(|cell| cell.found)
     }
 
-    /// The true motion, or what is known where none was found in this time.
+    /// The true motion, or the record of a search that found none within this budget.
     pub(super) fn truth(&self, budget: Duration) -> Option<Found> {
         let kept = self.kept(TRUTH, 0).or_else(|| self.kept(&no_truth(budget), 0));
         let (truth, motions, pushed): (Truth, Vec<Motion>, Vec<Motion>) = kept?;
@@ -173,7 +173,7 @@ impl<'a> Memory<'a> {
         self.keep(&format!("probe of {form}"), 0, step_s)
     }
 
-    /// A run that was held against what `truth` holds runs against.
+    /// A run that was compared with the true motion if `truth` is trusted, else with its own form.
     pub(super) fn run(&self, form: &str, substeps: u32, truth: &Truth) -> Option<Ran> {
         self.kept(&runs(form, truth.is_trusted), substeps)
     }
@@ -187,7 +187,8 @@ impl<'a> Memory<'a> {
         self.keep(&runs(form, truth.is_trusted), ran.run.substeps, ran)
     }
 
-    /// What came of a run where the cloth is pushed at the start, with or without a true motion there.
+    /// The result of a run in which the cloth is pushed at the start. `is_held` says whether there
+    /// is a true motion of the pushed cloth.
     pub(super) fn push(&self, form: &str, substeps: u32, is_held: bool) -> Option<Pushed> {
         self.kept(&pushes(form, is_held), substeps)
     }

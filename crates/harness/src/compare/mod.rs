@@ -1,18 +1,19 @@
-//! Which method to take for a scene of one's own: `drape compare`.
+//! `drape compare`: which method to take for the user's own scene.
 //!
-//! 1. The *true motion* is built in at most three tenths of the time, and that of the pushed cloth
-//!    before four tenths have passed (`truth`).
-//! 2. Each form of each method runs with rising numbers of steps a frame, the cheapest predicted
-//!    run first; forms that take more than three times as long as one that meets the target stop
-//!    (`race`). A form that the user names runs at least once. A run must meet the target from pushed
-//!    starts, too, before it leads: in three directions it may gain no energy, which a step at the edge
-//!    of stability does, and in one it is held against the true motion there.
-//! 3. The best are timed again, and [`advise`] reads the advice from the record.
+//! 1. The *true motion* is built in at most three tenths of the time. The true motion of the pushed
+//!    cloth is built before four tenths have passed (`truth`).
+//! 2. Each form of each method runs with rising numbers of steps a frame (`race`). The run that is
+//!    predicted to be the cheapest goes first. A form stops once it takes more than three times as
+//!    long as another form that meets the target. A form that the user names runs at least once.
+//!    Before a run leads, it must meet the target from pushed starts, too. In three directions it
+//!    may gain no energy; a step at the edge of stability does. In one direction it is compared
+//!    with the true motion of the pushed cloth.
+//! 3. The best runs are timed again, and [`advise`] reads the advice from the record.
 //!
-//! The budget is wall time. It counts from [`Options::began`], such as the start of the program, and
-//! keeps [`Options::reserve`] for what follows, such as the page. Which runs fit into it depends on
-//! the machine; the result of a run, its times aside, does not. An interrupted comparison goes on
-//! from its journal (`memory`).
+//! The budget is wall time. It counts from [`Options::began`], such as the start of the program,
+//! and keeps [`Options::reserve`] for the work after the comparison, such as the page. Which runs
+//! fit into the budget depends on the machine. The result of a run does not, its times aside. An
+//! interrupted comparison goes on from its journal (`memory`).
 //!
 //! ```
 //! use drape_harness::compare::{Options, advise, compare};
@@ -67,23 +68,24 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use truth::{Found, find, verdict};
 
-/// Shares of the time without the reserve that have passed when the true motion, that of the pushed
-/// cloth, the race and the timing of the best must end. The rest is for steps that cannot be divided.
+/// Shares of the time without the reserve by which the true motion, the true motion of the pushed
+/// cloth, the race and the timing of the best runs must end. The rest is for a last step that runs
+/// over its share.
 const TRUTH_SHARE: f64 = 0.3;
 const PUSHED_SHARE: f64 = 0.4;
 const RACE_SHARE: f64 = 0.85;
 const TIMING_SHARE: f64 = 0.95;
-/// Share of the time until the end of the race that may go to probes: what is left of the forms is
-/// not run, so that the others are.
+/// Share of the time until the end of the race that may go to probes. Forms without a probe by then
+/// are not run, so that the others have their runs.
 const PROBES_SHARE: f64 = 0.5;
 /// Share of a film after which a run may be stopped as dominated.
 const EARLY: f64 = 0.1;
-/// Forms that are timed again, and how often, in turns.
+/// Most forms that are timed again, and the number of turns in which they are.
 const FINALISTS: usize = 6;
 const REPETITIONS: u32 = 5;
-/// A frame counts at most this many times the median.
+/// A frame counts at most this many times the median frame.
 const SPIKE: f64 = 5.0;
-/// Forms up to this many times as slow as the best by one timing are timed again. After the first
+/// Forms up to this many times as slow as the best, by one timing, are timed again. After the first
 /// turn only [ties](facts::TIE) are.
 const NEAR: f64 = 2.0;
 /// Greatest share of the budget that may be kept in reserve.
@@ -91,10 +93,10 @@ const MOST_RESERVED: f64 = 0.5;
 /// Share of the budget that a program may take for one answer.
 const MOST_ANSWER: f64 = 0.1;
 
-/// By what runs are ranked.
+/// The time by which runs are ranked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clock {
-    /// The time that their steps take here and now.
+    /// The time that their steps take on this machine.
     #[default]
     Wall,
     /// Their counted work at recorded [prices](crate::cost), which is the same on every machine.
@@ -102,10 +104,10 @@ pub enum Clock {
     Modelled,
 }
 
-/// What is asked of a comparison.
+/// The question of a comparison and the limits within which it answers.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Methods between commas, as `--methods` takes them; `None`: all.
+    /// Methods separated by commas, as `--methods` takes them; `None`: all.
     pub methods: Option<String>,
     /// How errors are measured.
     pub metric: Metric,
@@ -113,23 +115,23 @@ pub struct Options {
     pub target_m: Option<f64>,
     /// Frames a second.
     pub rate: f64,
-    /// Wall time for all.
+    /// Wall time of the whole comparison.
     pub budget: Duration,
     /// When that time began; `None`: at the call.
     pub began: Option<Instant>,
     /// How much of it is kept for what follows the comparison; at most half.
     pub reserve: Duration,
-    /// Of the perturbed starts.
+    /// Seed of the perturbed starts and of the directions of pushes.
     pub seed: u64,
-    /// Runs every form until it meets the target, whatever others do.
+    /// Whether every form runs until it meets the target, however slow it is beside the others.
     pub exhaustive: bool,
     /// A form that takes this many times as long a frame as the best stops, unless `exhaustive`.
     pub dominated: f64,
-    /// By what runs are ranked.
+    /// The time by which runs are ranked.
     pub clock: Clock,
-    /// Only the forms that fall to this shard.
+    /// The shard whose forms are run; `None`: all forms.
     pub shard: Option<Shard>,
-    /// Once this is set, the time is over: what was found until then is the result.
+    /// Once this flag is set, the comparison ends with the results that it has.
     pub interrupt: Option<&'static AtomicBool>,
 }
 
@@ -153,10 +155,10 @@ impl Default for Options {
     }
 }
 
-/// How far a comparison is.
+/// The progress of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick<'a> {
-    /// What is done: `true motion`, `probes`, `race`, `pushes` or `timings`.
+    /// The part that is under way: `true motion`, `probes`, `race`, `pushes` or `timings`.
     pub part: &'static str,
     /// Time since the start.
     pub elapsed: Duration,
@@ -177,8 +179,8 @@ pub struct Comparison {
     pub ends: Vec<Option<Vec<Vec3>>>,
 }
 
-/// The name of the journal of a comparison: what was asked of which system, the time and the
-/// methods aside.
+/// The name of the journal of a comparison. It stands for the system and the question, apart from
+/// the budget and the methods.
 pub fn journal_name(spec: &SystemSpec, duration_s: f64, options: &Options) -> String {
     let Options { metric, target_m, rate, seed, exhaustive, clock, .. } = options;
     let hash = system_hash(spec);
@@ -203,8 +205,8 @@ pub fn compare(
     resume(name, spec, duration_s, options, &Journal::none(), progress)
 }
 
-/// As [`compare`], from where the comparison was interrupted whose findings the journal holds. The
-/// budget is that of all processes together.
+/// As [`compare`], but goes on from the journal of an interrupted comparison. All processes
+/// together share one budget.
 ///
 /// # Errors
 /// As [`compare`], and [`HarnessError::Record`] when the journal cannot be written.
@@ -284,22 +286,22 @@ pub fn resume(
     Ok(Comparison { facts, hash, true_end, ends })
 }
 
-/// What came of one run that was to be held against a true motion.
+/// The result of one run that is to be compared with a true motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Checked {
-    /// It was.
+    /// It was compared.
     Held {
         /// Its error, m; `None` where it was not sound.
         error_m: Option<f64>,
         /// Error that counts as met, m.
         good_m: f64,
     },
-    /// The time did not suffice for a true motion or for the run. That says nothing about the run.
+    /// The time did not suffice for a true motion or for the run. This is no verdict on the run.
     NotMeasured,
 }
 
-/// Runs one form with so many steps a frame, and holds it against a true motion, for which three
-/// tenths of the budget may be spent.
+/// Runs one form with so many steps a frame, and compares it with a true motion. The true motion
+/// may take three tenths of the budget.
 ///
 /// # Errors
 /// As [`compare`].
@@ -318,7 +320,7 @@ pub(crate) fn check_run(
     held(&stage, &found, run, options.clock, until(1.0))
 }
 
-/// Runs one form before `deadline` and holds it against what was found.
+/// Runs one form before `deadline` and compares it with the true motions that were found.
 fn held(
     stage: &Stage,
     found: &Found,
@@ -342,8 +344,8 @@ fn held(
     Ok(Checked::Held { error_m, good_m: found.truth.good_m(stage.scene.target_m) })
 }
 
-/// Seconds a frame of a run of so many steps a frame, by the clock: those of its steps alone.
-/// `None` where it does not reach the end.
+/// Wall time a frame of the steps alone, s, of a run with so many steps a frame. `None` where the
+/// run does not reach the end.
 ///
 /// # Errors
 /// As [`compare`].
@@ -364,7 +366,7 @@ fn is_interrupted(options: &Options) -> bool {
     options.interrupt.is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))
 }
 
-/// Refuses options that mean nothing.
+/// Refuses options outside their ranges.
 fn check(options: &Options) -> Result<(), Violation> {
     let refuse = |path: &str, value: String, expected: &str| {
         Err(Violation { path: path.to_owned(), value, expected: expected.to_owned() })
@@ -391,7 +393,7 @@ struct Best {
     form: usize,
     /// Time a frame, s.
     frame_s: f64,
-    /// Seconds of its steps at the end of each frame.
+    /// Time of all its steps up to the end of each frame, s.
     clock: Vec<f64>,
 }
 
@@ -411,9 +413,9 @@ struct Course<'a> {
     /// Whether runs that lead are pushed.
     is_pushing: bool,
     deadline: Deadline,
-    /// The run before of each form, where runs are held against it.
+    /// The previous run of each form, where runs are compared with it.
     before: Vec<Option<Seen>>,
-    /// Steps a frame of a form's last run, where that was made before an interruption.
+    /// Steps a frame of each form's last run, where that run was made before an interruption.
     replayed: Vec<Option<u32>>,
     ends: Vec<Option<Vec<Vec3>>>,
     refusals: Vec<Option<String>>,
@@ -422,8 +424,8 @@ struct Course<'a> {
     tick: &'a dyn Fn(&'static str, Option<&str>),
 }
 
-/// Seconds of a run from those at the end of each frame. A frame that takes more than five times as
-/// long as the median counts as five: another process had the processor.
+/// Time of a run, s, from the times at the end of each frame. A frame that takes more than five
+/// times the median counts as five medians: another process had the processor.
 fn steady(clock: &[f64]) -> f64 {
     let before = std::iter::once(&0.0).chain(clock);
     let frames: Vec<f64> = clock.iter().zip(before).map(|(end, begin)| end - begin).collect();
@@ -431,7 +433,7 @@ fn steady(clock: &[f64]) -> f64 {
     frames.iter().map(|time| time.min(SPIKE * median)).sum()
 }
 
-/// What the method cannot do, or how its step failed; `Err` where the fault is not the method's.
+/// What the method cannot do, or how its step failed; `Err` where the method is not at fault.
 fn refusal(error: HarnessError) -> Result<String, HarnessError> {
     match error {
         HarnessError::Prepare(PrepareError::Unsupported { what, key, .. }) => {
@@ -451,7 +453,7 @@ fn is_outside(counts: &Counts) -> bool {
 }
 
 impl<'a> Course<'a> {
-    /// A course on which nothing was run, by the clock.
+    /// A course without runs, ranked by wall time.
     fn new(
         (stage, entries): (&'a Stage, &'a [Entry]),
         Found { truth, members, pushed, .. }: &'a Found,
@@ -482,7 +484,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// All forms with their ladders. A few steps of each tell what they cost, and what it refuses.
+    /// All forms with their ladders. A few steps of each show what a step costs, and whether the
+    /// method refuses the scene.
     fn entrants(&mut self) -> Result<Vec<Entrant>, HarnessError> {
         let mut entrants = Vec::new();
         let deadline = self.deadline.after(PROBES_SHARE);
@@ -528,7 +531,8 @@ impl<'a> Course<'a> {
         Ok(step_s)
     }
 
-    /// The run before of a form, where it was made before an interruption and is not at hand.
+    /// Repeats the previous run of a form where it was made before an interruption, so its film is
+    /// not at hand.
     fn recall(&mut self, form: usize) -> Result<(), HarnessError> {
         let is_needed = !self.truth.is_trusted && self.before[form].is_none();
         let Some(substeps) = self.replayed[form].take().filter(|_| is_needed) else {
@@ -542,7 +546,7 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// Takes a run over that was made before an interruption.
+    /// Takes over a run that was made before an interruption.
     fn replay(&mut self, form: usize, mut ran: Ran) -> Result<Lap, HarnessError> {
         ran.run.form = form;
         if ran.end.is_none() && !ran.run.explodes() {
@@ -551,7 +555,8 @@ impl<'a> Course<'a> {
         self.finish(ran)
     }
 
-    /// Records a run. Before it may lead it is pushed: where it fails, it has not met the target.
+    /// Records a run. Before the run may lead, it is repeated from pushed starts. A run that fails
+    /// there has not met the target.
     fn finish(&mut self, ran: Ran) -> Result<Lap, HarnessError> {
         let last = ran.last();
         let Ran { run, clock, end, .. } = ran;
@@ -571,7 +576,7 @@ impl<'a> Course<'a> {
         Ok(Lap { frame_s, is_good, end, is_late: false })
     }
 
-    /// Distance of a film from the true motion, or from the run before, m.
+    /// Distance of a film from the true motion, or from the form's previous run, m.
     fn error(&mut self, form: usize, seen: &Seen) -> Option<f64> {
         if self.truth.is_trusted {
             return self.nearest(seen, self.members, self.truth.floor_m);
@@ -580,7 +585,8 @@ impl<'a> Course<'a> {
         before.map(|before| self.stage.apart(seen, &before))
     }
 
-    /// Distance from the nearest of true motions with so much noise, m.
+    /// Distance of a film from the nearest of the true motions `members`, m. `floor_m` is their
+    /// noise, m.
     fn nearest(&self, seen: &Seen, members: &[Seen], floor_m: Option<f64>) -> Option<f64> {
         let (first, others) = members.split_first()?;
         let mut error = self.stage.apart(seen, first);
@@ -607,7 +613,7 @@ impl<'a> Course<'a> {
         finalists
     }
 
-    /// Pushes those of the best that did not lead in the race.
+    /// Repeats from pushed starts the best runs that did not lead in the race.
     fn push_the_best(&mut self) -> Result<(), HarnessError> {
         let is_new = |run: &Run| run.holds_when_pushed.is_none();
         while let Some(n) = self.finalists().into_iter().find(|&n| is_new(&self.runs[n])) {
@@ -626,7 +632,7 @@ impl<'a> Course<'a> {
         Ok(pushed.is_some())
     }
 
-    /// What comes of a run from pushed starts; `None` where there is no time to know.
+    /// The result of a run from pushed starts; `None` where the time does not suffice.
     fn pushed(&self, n: usize) -> Result<Option<Pushed>, HarnessError> {
         let (run, is_held) = (&self.runs[n], !self.pushed.is_empty());
         let choice = &self.entries[run.form].choice;
@@ -686,7 +692,7 @@ impl<'a> Course<'a> {
         Ok((counts, Some(seen)))
     }
 
-    /// Times the best again: the least time counts.
+    /// Times the best runs again; the least time of each counts.
     fn time_again(&mut self) -> Result<(), HarnessError> {
         let mut finalists = self.finalists();
         let frames = f64::from(self.stage.scene.frames);

@@ -1,10 +1,11 @@
 //! Which form runs next, and which stop: the rules of the race, apart from what a run is.
 //!
-//! The cheapest predicted run goes first, so the first form that meets the target is near the best
-//! one. A form whose next run would take more than three times as long a frame as the best stops:
-//! it is *dominated*. Only the first run of a form that the user names is made in any case, so that
-//! every such form has a result. A form that meets the target stops too, once its last failure and its success
-//! are near each other, or once it cannot win even with one step more than that failure.
+//! The run that is predicted to be the cheapest goes first, so the first form that meets the target
+//! is near the best one. A form is *dominated* once its next run would take more than three times
+//! as long a frame as the best one. Then it stops. Only the first run of a form that the user names
+//! is made in any case, so that every such form has a result. A form that meets the target stops,
+//! too, once its last failure and its success are near each other, or once it cannot win even with
+//! one step more than that failure.
 
 use super::facts::End;
 use crate::HarnessError;
@@ -13,24 +14,25 @@ use crate::HarnessError;
 pub const DOMINATED: f64 = 3.0;
 /// A run that takes this many times as long as predicted is put off.
 const LATE: f64 = 3.0;
-/// Two numbers of steps a frame are tried between if they differ by more than this factor.
+/// A number of steps a frame between a failure and a success is tried if the two differ by more
+/// than this factor.
 const WIDE: f64 = 1.15;
 
-/// What came of one run.
+/// The result of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
-    /// Time a frame, s; of a stopped run a guess.
+    /// Time a frame, s; a guess for a run that was stopped.
     pub(super) frame_s: f64,
     /// Whether it meets the target.
     pub(super) is_good: bool,
     /// Why the run was stopped, or the form refused.
     pub(super) end: Option<End>,
-    /// Whether it was put off. Then nothing else is known of it but the time a frame so far.
+    /// Whether it was put off. Then only its time a frame so far is known.
     pub(super) is_late: bool,
 }
 
 impl Lap {
-    /// A form that is refused.
+    /// The result of a form that its method refuses.
     pub(super) fn refused() -> Self {
         Self { frame_s: 0.0, is_good: false, end: Some(End::Refused), is_late: false }
     }
@@ -55,7 +57,7 @@ pub(super) trait Track {
     /// Runs a form with so many steps a frame.
     fn lap(&mut self, form: usize, substeps: u32, limits: Limits) -> Result<Lap, HarnessError>;
 
-    /// Whether there is time for such a run, which takes about so long a frame, s.
+    /// Whether there is time for such a run, which takes about `frame_s` seconds a frame.
     fn has_time(&self, form: usize, substeps: u32, frame_s: f64) -> bool;
 }
 
@@ -64,13 +66,13 @@ pub(super) trait Track {
 pub(super) struct Entrant {
     /// Steps a frame, coarse to fine.
     ladder: Vec<u32>,
-    /// Place of the next.
+    /// Place in the ladder of the next run.
     next: usize,
     /// Time of one step of the next run, s, as far as known.
     step_s: f64,
     /// Most steps a frame that failed, so far.
     failed: u32,
-    /// Whether its first run is made also where it is dominated.
+    /// Whether its first run is made even where it is dominated.
     pub(super) is_owed: bool,
     /// Fewest steps a frame that met the target, and the time a frame, s.
     pub(super) good: Option<(u32, f64)>,
@@ -96,7 +98,7 @@ impl Entrant {
         Some((substeps, f64::from(substeps) * self.step_s))
     }
 
-    /// The least time a frame that is left to win by fewer steps, s.
+    /// The least time a frame that the form could still reach with fewer steps, s.
     fn hope(&self) -> Option<f64> {
         let (good, frame_s) = self.good?;
         Some(frame_s * f64::from(self.failed + 1) / f64::from(good))
@@ -117,7 +119,7 @@ impl Entrant {
             self.failed = substeps;
         }
         self.end = match (lap.end, self.good) {
-            // What ends a try between the two ends no form that has met the target.
+            // A run between the two that is stopped does not undo the success of its form.
             (Some(_), Some(_)) => Some(End::Good),
             (Some(end), None) => Some(end),
             (None, Some((good, _))) => {
@@ -186,7 +188,7 @@ pub(super) fn race(
 mod tests {
     use super::*;
 
-    /// Forms of a known time a step and a known number of steps a frame from which they are good.
+    /// For each form, the time of a step and the least number of steps a frame that is good.
     struct Synthetic {
         forms: Vec<(f64, u32)>,
         laps: Vec<(usize, u32)>,
@@ -219,7 +221,7 @@ mod tests {
     fn run(forms: &[(f64, u32)], left_s: f64, factor: f64) -> (Vec<Entrant>, Synthetic) {
         let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s };
         let ladder = vec![1, 2, 4, 8, 16];
-        // What is known before the first run is wrong by a factor of two.
+        // The prediction before the first run is wrong by a factor of two.
         let mut entrants: Vec<_> =
             forms.iter().map(|form| Entrant::new(ladder.clone(), 0.5 * form.0)).collect();
         race(&mut entrants, &mut track, factor).expect("synthetic runs do not fail");
@@ -236,7 +238,7 @@ mod tests {
         assert_eq!((entrants[1].good, entrants[1].end), (Some((2, 8.0)), Some(End::Good)));
         assert_eq!((entrants[2].good, entrants[2].end), (None, Some(End::Dominated)));
         assert_eq!((entrants[3].good, entrants[3].end), (None, Some(End::Dominated)));
-        // Nothing was run that was predicted to take more than three times 4 ms.
+        // No run was made that was predicted to take more than three times 4 ms.
         assert!(track.laps.iter().all(|&(form, n)| f64::from(n) * forms[form].0 <= 24.0));
         assert!(!track.laps.contains(&(2, 4)) && !track.laps.contains(&(3, 16)));
     }
@@ -254,7 +256,7 @@ mod tests {
         assert_eq!((of(1), of(2)), (1, 1), "{:?}", track.laps);
         assert_eq!(entrants[1].end, Some(End::Dominated));
         assert_eq!((entrants[2].good, entrants[2].end), (Some((1, 60.0)), Some(End::Good)));
-        // Where the time is over, what is owed is not run either.
+        // Once the time is over, even an owed run is not made.
         let mut track = Synthetic { forms: forms.to_vec(), laps: Vec::new(), left_s: 20.0 };
         let mut late = Entrant::new(vec![1, 2], 50.0);
         late.is_owed = true;
@@ -263,8 +265,8 @@ mod tests {
         assert_eq!(late[1].end, Some(End::OutOfTime));
     }
 
-    /// Both are good with one step. The first seems to take 1 ms and takes 500, of which 3 are spent
-    /// before the second has its turn.
+    /// Both are good with one step. The first is predicted to take 1 ms, but takes 500 ms. It is
+    /// put off after 3 ms, and the second has its turn.
     #[test]
     fn a_run_that_takes_far_longer_than_predicted_waits_for_the_others() {
         let forms = [(500.0, 1), (2.0, 1)];

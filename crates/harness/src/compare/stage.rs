@@ -24,7 +24,7 @@ const MOST_FRAMES: f64 = 100_000.0;
 const LOOKS: (usize, usize) = (10, 20_000);
 /// Fewest looks.
 const FEW_LOOKS: usize = 5;
-/// The target without another, over the size of the cloth.
+/// The target where the user gives none, over the size of the cloth.
 const USUAL_TARGET: f64 = 0.01;
 /// Greatest distance of a particle from its place in a perturbed start, over the size of the cloth.
 const NOISE: f64 = 1e-6;
@@ -32,9 +32,9 @@ const NOISE: f64 = 1e-6;
 pub(super) const PUSHES: usize = 3;
 /// Velocity of a push, in sizes of the cloth a second.
 const PUSH: f64 = 0.1;
-/// A run that is timed is repeated for so long.
+/// A timed run is repeated until its repetitions have taken this long.
 const LEAST_TIMED: Duration = Duration::from_millis(20);
-/// Steps of a probe. The first sets up.
+/// Steps of a probe. The first step sets up the method.
 const PROBE: u32 = 3;
 
 /// A scene, ready to be run and filmed.
@@ -52,25 +52,26 @@ pub(super) struct Stage {
     /// Positions at the start, in the order of the specification, m.
     first: Vec<Vec3>,
     seed: u64,
-    /// What theory needs to know, where only tension and where all springs are implicit.
+    /// The numbers from which theory foresees a motion: where only tension is implicit, and where
+    /// all springs are.
     levers: [OnceLock<Result<Lever, Unforeseen>>; 2],
 }
 
 /// Where a run starts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Start {
-    /// With 0 at the places of the scene; another number is that of a perturbation.
+    /// Number of the perturbation; 0 is the start of the scene itself.
     pub(super) member: usize,
     /// The direction in which all free particles are pushed, if they are.
     pub(super) push: Option<usize>,
 }
 
-/// What a cheap check says about the motion of a run.
+/// The result of a cheap check of a run's motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stillness {
-    /// The share that it kept in some windows beside a reference.
+    /// The share of its motion that the run kept in a few windows, beside a reference.
     pub(super) share: Option<f64>,
-    /// Whether it stands still, or stopped to spin.
+    /// Whether the cloth stands still, or stopped spinning.
     pub(super) is_locked: bool,
 }
 
@@ -187,8 +188,8 @@ impl Stage {
         MotionCheck::new(system, state, steps)
     }
 
-    /// Whether a run of so many visits of a spring stands still. Where there is a true motion, its
-    /// path tells more than some windows, and only the spin is looked at.
+    /// Checks whether a run stands still. `effort` is its number of visits of a spring. Where there
+    /// is a true motion, its path tells more than a few windows do, so only the spin is checked.
     pub(super) fn stands_still(
         &self,
         choice: &Choice,
@@ -287,8 +288,8 @@ impl Stage {
         [first, second, first.cross(&second)][number % PUSHES]
     }
 
-    /// Seconds of the steps of a whole run, without diagnostics. A short run is repeated, so that it
-    /// does not rest on one moment: the least time counts.
+    /// Time of the steps of a whole run, s, without diagnostics. A short run is repeated, so that
+    /// the time does not rest on one moment, and the least time counts.
     pub(super) fn time(
         &self,
         choice: &Choice,
@@ -334,7 +335,7 @@ impl Stage {
         }
     }
 
-    /// Rise of the energy that may be round-off, J.
+    /// Greatest rise of the energy that may be round-off, J.
     pub(super) fn round_off(&self) -> f64 {
         let Simulation { system, state } = &self.ordered;
         let energy = system.energies(&state.x).map(|(_, energy)| energy.abs()).sum::<f64>();

@@ -36,9 +36,9 @@ fn form(label: &str, method: &str, end: End, refusal: Option<&str>) -> Form {
     Form { label: label.to_owned(), method, end, refusal: refusal.map(str::to_owned) }
 }
 
-/// Nine forms: a winner, a tie, a slower one, one that explodes, one that locks, one that is
-/// refused, one that is cheaper where the target is easier, one that never meets it, and one that is
-/// predicted to be too slow for a run.
+/// Nine forms: a winner, a tie, a slower form, and six others. One explodes, one locks, and one is
+/// refused. One is cheaper for an easier target, one never meets the target, and one is predicted
+/// to be too slow for a run.
 fn synthetic() -> Facts {
     use Verdict::{Diverged, Locked, Stable};
     Facts {
@@ -118,7 +118,7 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert!(line("expect").contains("8.0 mm") && line("expect").contains("4.0 ms"), "{text:?}");
     assert!(line("ties").contains("tie, 4 steps"), "{text:?}");
     assert!(line("runner-up").contains("slow, 1 step"), "{text:?}");
-    // Whatever took part is told.
+    // The advice names every form that took part.
     assert!(
         line("runner-up").contains("time. Slower: coarse; unseen. Never within the target: never")
     );
@@ -150,8 +150,8 @@ fn a_fragile_run_is_passed_over() {
     assert_eq!(winner[1], "stable, gains energy when pushed", "{winner:?}");
 }
 
-/// A run that errs too much once the cloth is pushed is not advised for this target, and is for an
-/// easier one. Where the pushed cloth is noisy, noise counts there as on the scene.
+/// A run whose error is too great once the cloth is pushed is not advised for this target, but is
+/// advised for an easier one. Noise of the pushed cloth counts as noise on the scene does.
 #[test]
 fn a_run_that_strays_when_pushed_is_passed_over() {
     let mut facts = synthetic();
@@ -171,8 +171,9 @@ fn a_run_that_strays_when_pushed_is_passed_over() {
     assert_eq!(advise(&facts).take.map(|pick| pick.run), Some(1));
 }
 
-/// On the hanging sheet explicit Euler with 3 steps a frame keeps its energy for half a second; once
-/// the sheet is pushed it explodes, and 4 steps hold. The journal keeps what a push showed.
+/// On the hanging sheet, explicit Euler with 3 steps a frame keeps its energy for half a second.
+/// Once the sheet is pushed it explodes, while 4 steps hold. The journal keeps the result of a
+/// push.
 #[test]
 fn a_step_at_the_edge_of_stability_gives_way_to_a_shorter_one() {
     let input = drape_model::load("hanging-textile-1e4").expect("a bundled scene");
@@ -194,8 +195,8 @@ fn a_step_at_the_edge_of_stability_gives_way_to_a_shorter_one() {
     assert_eq!(asked().runs, facts.runs);
 }
 
-/// With a target between its error on the scene and that on the pushed cloth, a run gives way to one
-/// with more steps.
+/// The target lies between the error of a run on the scene and its error on the pushed cloth. Then
+/// the run gives way to one with more steps.
 #[test]
 fn a_run_that_barely_meets_the_target_gives_way_to_shorter_steps() {
     let input = drape_model::load("hanging-textile-1e4").expect("a bundled scene");
@@ -205,7 +206,7 @@ fn a_run_that_barely_meets_the_target_gives_way_to_shorter_steps() {
             clock: Clock::Modelled,
             budget: Duration::from_secs(600),
             target_m,
-            // Pushes where the error grows.
+            // With this seed the error grows when the cloth is pushed.
             seed: 1,
             ..Options::default()
         };
@@ -246,7 +247,7 @@ fn where_nothing_meets_the_target_the_closest_is_named() {
     assert!(text[2].contains("none in this time: no run was stable"), "{text:?}");
 }
 
-/// Below the noise nothing is told apart: twice the noise counts as met.
+/// Errors below the noise are all alike: an error up to twice the noise counts as met.
 #[test]
 fn noise_raises_the_target() {
     let mut facts = synthetic();
@@ -255,7 +256,7 @@ fn noise_raises_the_target() {
     assert_eq!(advise(&facts).take.map(|pick| pick.run), Some(7));
 }
 
-/// Where only the winner meets the target, the others are told without a runner-up.
+/// Where only the winner meets the target, the advice names the others without a runner-up.
 #[test]
 fn others_are_told_where_there_is_no_runner_up() {
     let mut facts = synthetic();
@@ -288,7 +289,7 @@ fn compared(scene: &str, methods: &str) -> super::Comparison {
 }
 
 /// `imex-euler` stands still on this stiff cloth at long steps, and agrees with itself at half the
-/// steps. Without a true motion a check beside a reference tells.
+/// steps. Without a true motion, a check beside a reference finds this.
 #[test]
 fn a_run_that_stands_still_is_not_sound_without_a_true_motion() {
     let input = drape_model::load("hanging-wool").expect("bundled");
@@ -317,8 +318,8 @@ fn a_run_that_stands_still_is_not_sound_without_a_true_motion() {
 const HANGING: &str = r#", "gravity": { "m_s2": [0, 0, -9.81] } },
     "pins": [{ "row": 0, "column": 0 }, { "row": 0, "column": 5 }]"#;
 
-/// With all the time that it needs, everything but the times is the same again, and the advised
-/// run meets the target against a true motion of another seed.
+/// A comparison with enough time gives the same results again, apart from times. The advised run
+/// also meets the target against a true motion with another seed.
 #[test]
 fn the_advice_on_a_small_sheet_holds_when_it_is_measured_again() {
     let methods = "leapfrog,bdf2,imex-euler:forcing_term=1e-6";
@@ -332,7 +333,8 @@ fn the_advice_on_a_small_sheet_holds_when_it_is_measured_again() {
     let same = same.expect("it runs again with as many steps");
     assert!(again.facts.is_met(same), "{same:?}");
     assert_eq!((same.error_m, same.verdict), (run.error_m, run.verdict));
-    // The explicit method below its limit explodes, and the record says so.
+    // With fewer steps than its limit requires, the explicit method explodes, and the record says
+    // so.
     assert!(facts.runs.iter().any(|run| run.explodes()) || facts.scene.limit_substeps == 1);
 }
 
@@ -377,7 +379,7 @@ fn options_that_mean_nothing_are_refused_by_name() {
     assert!(refused(Options { methods, ..usual() }).contains("no-such"));
 }
 
-/// An interruption by another process does not count, and a slow second half does.
+/// A single frame that another process interrupts hardly counts, but a slow second half does.
 #[test]
 fn a_single_slow_frame_hardly_moves_the_time() {
     let clock = |frames: &[f64]| {
@@ -393,7 +395,7 @@ fn a_single_slow_frame_hardly_moves_the_time() {
     assert_eq!(super::steady(&[]), 0.0);
 }
 
-/// By counted work the same question has the same answer, to the last bit.
+/// Ranked by counted work, the same question has the same answer, to the last bit.
 #[test]
 fn with_modelled_time_a_comparison_is_a_fact() {
     let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
@@ -409,7 +411,7 @@ fn with_modelled_time_a_comparison_is_a_fact() {
     };
     let first = facts();
     assert_eq!(first, facts());
-    // Its times are those of the price list, and not of a clock.
+    // Its times come from the price list, not from a clock.
     let pick = advise(&first).take.expect("a method meets 1 cm").run;
     let run = &first.runs[pick];
     let choice = Choice::parse(&first.form_of(run).method, &[]).expect("a method");
@@ -427,7 +429,7 @@ fn with_modelled_time_a_comparison_is_a_fact() {
     assert!(told > 0.3 * modelled && told < 3.0 * modelled + 1e-3, "{told} s, {modelled} s");
 }
 
-/// What a journal holds is not run again: even the times are the same. What it lacks is.
+/// Runs in a journal are not made again, so even their times are the same. Missing runs are made.
 #[test]
 fn a_comparison_goes_on_from_its_journal() {
     let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
@@ -462,8 +464,8 @@ fn a_comparison_goes_on_from_its_journal() {
     assert_ne!(journal_name(input.spec(), 0.5, &Options::default()), usual);
 }
 
-/// That no true motion was found holds for its budget alone. With a longer one it is looked for
-/// again, and what was held against itself until then is run again.
+/// A search without a true motion counts for its budget alone. With a longer budget the search
+/// starts again, and runs that were compared with themselves are made again.
 #[test]
 fn a_longer_budget_looks_for_the_true_motion_again() {
     let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
@@ -499,8 +501,8 @@ fn a_longer_budget_looks_for_the_true_motion_again() {
     }
 }
 
-/// A run that the time did not suffice for has not missed the target, and neither has one that
-/// nothing can be held against.
+/// A run that does not end in time has not missed the target. Nor has a run without a true motion
+/// to compare with.
 #[test]
 fn a_run_for_which_there_is_no_time_is_not_measured() {
     let input = drape_model::parse("sheet", &sheet(HANGING)).expect("valid");
@@ -521,7 +523,7 @@ fn a_run_for_which_there_is_no_time_is_not_measured() {
     assert!(error_m <= good_m && good_m >= 0.01, "{error_m} {good_m}");
     let none = Found::none(None);
     assert_eq!(check(&none, 64, later), Checked::NotMeasured);
-    // An explosion is a miss: it was measured, and is not sound.
+    // An explosion misses the target: the run was measured and is not sound.
     let explicit = Choice::parse("explicit-euler", &[]).expect("a method");
     let missed = held(&stage, &found, (&explicit, 1), Clock::Wall, later).expect("supported");
     assert!(matches!(missed, Checked::Held { error_m: None, .. }), "{missed:?}");

@@ -1,9 +1,10 @@
 //! The true motion that runs are held against.
 //!
-//! A method of the registry runs with more and more steps a frame, until doubling them changes the
-//! motion by less than a tenth of the target or by no more than noise does. Starts that are
-//! perturbed by a millionth of the cloth's size tell the noise: a run is held against the nearest
-//! of these motions. The same motions of the pushed cloth tell whether a run holds there, too.
+//! A method of the registry runs with more and more steps a frame. It stops once doubling the steps
+//! changes the motion by less than a tenth of the target, or by no more than noise does. Starts
+//! that are perturbed by a millionth of the cloth's size measure the noise. A run is compared with
+//! the nearest of these motions. The same motions of the pushed cloth show whether a run is right
+//! there, too.
 
 use super::Clock;
 use super::deadline::Deadline;
@@ -34,33 +35,34 @@ const WITHIN: f64 = 1.1;
 const SMALL: f64 = 0.1;
 /// A true motion whose error exceeds this share of the target is not trusted.
 const TRUSTED: f64 = 0.5;
-/// Motions that differ by at most this many times the noise differ by noise.
+/// Two motions whose distance is at most this many times the noise count as equal up to noise.
 const NOISY: f64 = 2.0;
-/// Share of the time that is left which one method may take.
+/// Share of the remaining time that one method may take.
 const FIRST: f64 = 0.6;
-/// Perturbed starts.
+/// Number of perturbed starts.
 const PERTURBED: usize = 3;
 /// How often the first step is halved when a run gains energy.
 const RETRIES: usize = 3;
 /// Share of the size of the cloth below which a mean path is round-off.
 const STILL: f64 = 1e-9;
-/// Time of a filmed run over that of its steps, at most: energies are looked at after each.
+/// Time of a filmed run over the time of its steps, at most: the energy is measured after each
+/// step.
 const OVERHEAD: f64 = 2.5;
 
 /// The true motions, and what is recorded of them.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) truth: Truth,
-    /// The first is without noise. Empty where there is none.
+    /// True motions, the first from the unperturbed start. Empty where none was found.
     pub(super) members: Vec<Seen>,
-    /// The same of the pushed cloth. Empty where there are none.
+    /// True motions of the pushed cloth, in the same order. Empty where none was found.
     pub(super) pushed: Vec<Seen>,
-    /// Seconds of the first, and of a comparison with it; 0 where it was made before.
+    /// Time of the first motion and of a comparison with it, s; 0 where a journal gave the motion.
     pub(super) seconds: f64,
 }
 
 impl Found {
-    /// What is known where there is no true motion, and why.
+    /// The result of a search that found no true motion, with the reason.
     pub(super) fn none(remark: Option<String>) -> Self {
         Self { truth: none(remark), members: Vec::new(), pushed: Vec::new(), seconds: 0.0 }
     }
@@ -81,11 +83,11 @@ struct Candidate {
     apart_s: f64,
 }
 
-/// Whether a run ended and its energy is no reason to doubt it.
+/// Whether a run reached its end, and its energy gives no reason to doubt it.
 fn is_usable(counts: &Counts) -> bool {
     let released = counts.energy.released;
     let is_whole = !counts.outcome.is_over_budget && counts.outcome.divergence.is_none();
-    // Contacts may push energy in; an explosion gains more than all that was there.
+    // Contacts may add energy. An explosion gains more than the scene sets free.
     is_whole && (counts.energy.is_open || counts.energy.gain <= released)
 }
 
@@ -95,13 +97,13 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     let mut remark = None;
     for id in CANDIDATES {
         let choice = Choice::parse(id, &[])?;
-        // What this one does not finish, the next may.
+        // Leave time for the next candidate, in case this one does not finish.
         match candidate(stage, &choice, 1, deadline.after(FIRST))? {
             Ok(found) if best.as_ref().is_none_or(|best| found.error < best.error) => {
                 best = Some(found);
             }
             Ok(_) => {}
-            // The first reason is that of the method that usually gets there.
+            // Keep the first reason: that method usually finds the motion.
             Err(reason) => {
                 remark.get_or_insert(format!("{}: {reason}", choice.method().id));
             }
@@ -115,8 +117,8 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
             break;
         }
     }
-    // Shares of the time did not do, or the first steps gained energy: once more with half of them, in
-    // all the time that is left.
+    // The shares of the time did not suffice, or the first steps gained energy. Try once more with
+    // half of the first step and all of the remaining time.
     if best.is_none() && !deadline.is_over() {
         let choice = Choice::parse(CANDIDATES[0], &[])?;
         best = candidate(stage, &choice, 2, deadline)?.ok();
@@ -158,8 +160,8 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     Ok(Found { truth, members, pushed: Vec::new(), seconds })
 }
 
-/// Makes the true motions of the pushed cloth before `deadline`: with the method and the steps of the
-/// true motion, as many as there are of that, if the time suffices.
+/// Makes the true motions of the pushed cloth before `deadline`, with the method and the steps of
+/// the true motion. There are as many as true motions, or none where the time does not suffice.
 pub(super) fn push(
     stage: &Stage,
     found: &mut Found,
@@ -175,7 +177,7 @@ pub(super) fn push(
     let run = (&Choice::parse(method, &[])?, found.truth.substeps);
     let starts = (0..found.members.len()).map(|member| Start { member, push: Some(0) });
     let pushed = films(stage, run, starts, (found.seconds, deadline))?;
-    // One alone does not tell the noise.
+    // One motion alone does not measure the noise.
     if pushed.len() == found.members.len() {
         found.truth.pushed_floor_m = floor(stage, &pushed);
         found.pushed = pushed;
@@ -183,8 +185,8 @@ pub(super) fn push(
     Ok(())
 }
 
-/// Motions from several starts, without those for which the time does not suffice or that gain energy.
-/// Each takes about so many seconds.
+/// Motions from several starts. Leaves out motions that gain energy, and those for which the time
+/// before `deadline` does not suffice. Each takes about `each` seconds.
 fn films(
     stage: &Stage,
     (choice, substeps): (&Choice, u32),
@@ -208,14 +210,14 @@ fn films(
     Ok(seen)
 }
 
-/// Mean distance of the others from the first, m.
+/// Mean distance of the other members from the first, m; `None` where there are no others.
 fn floor(stage: &Stage, members: &[Seen]) -> Option<f64> {
     let (first, others) = members.split_first()?;
     let all = others.iter().map(|other| stage.apart(first, other));
     (!others.is_empty()).then(|| mean(all))
 }
 
-/// No true motion, and why.
+/// The record of a search that found no true motion, with the reason.
 pub(super) fn none(remark: Option<String>) -> Truth {
     Truth {
         method: None,
@@ -233,8 +235,8 @@ pub(super) fn none(remark: Option<String>) -> Truth {
     }
 }
 
-/// The finest motion of a method for which there is time, or why there is none. It begins with `times`
-/// as many steps a frame as usual.
+/// The finest motion of a method that the time allows, or the reason why there is none. The method
+/// begins with `times` as many steps a frame as usual.
 fn candidate(
     stage: &Stage,
     choice: &Choice,
@@ -287,7 +289,7 @@ fn candidate(
         if !is_usable(&before.0) || !is_usable(&after.0) {
             retries += 1;
             substeps *= 2;
-            // Where the finer run is usable, its time is measured, and only the next one is to be made.
+            // The time of a usable finer run is measured, and only the next run is left to make.
             let needed = if is_usable(&after.0) { 2.0 * after.2 } else { seconds(3 * substeps) };
             if best.is_none() && retries <= RETRIES && needed <= left() {
                 coarse = is_usable(&after.0).then_some(after);
@@ -323,7 +325,7 @@ fn candidate(
         }
         let is_done = error <= SMALL * target || error <= NOISY * found.noise;
         best = Some(found);
-        // The next run takes twice as long, and the perturbed ones after it again.
+        // The next run takes twice as long, and so do the perturbed runs after it.
         if is_done || 4.0 * (seconds + apart_s) > left() {
             return Ok(best.ok_or_else(String::new));
         }
@@ -340,7 +342,7 @@ pub(super) fn verdict(truth: &Truth, counts: &Counts, retained: Option<f64>) -> 
         Some(released) => counts.verdict(released),
         None if counts.outcome.divergence.is_some() => Verdict::Diverged,
         None if counts.energy.is_open => Verdict::Open,
-        // Without a true motion its own energies are the measure.
+        // Without a true motion, the energy that the run itself sets free is the measure.
         None => counts.verdict(counts.energy.released),
     };
     let is_sound = matches!(verdict, Verdict::Stable | Verdict::Open);

@@ -1,17 +1,17 @@
-//! Prices from measured times: least relative errors without negative prices.
+//! Fits prices to measured times: the least relative errors without negative prices.
 
 use super::{Counted, KINDS, Price, Prices};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A run and the time it took, s.
+/// A run and the time that it took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sample {
-    /// What was counted.
+    /// Its counted work.
     pub work: Counted,
-    /// What the clock said, s.
+    /// Its measured time, s.
     pub seconds: f64,
 }
 
@@ -49,26 +49,27 @@ fn rounded(value: f64, scale: f64) -> f64 {
     (scale * value).round() / scale
 }
 
-/// Reweighted rounds, and the relative error below which all runs weigh alike.
+/// Number of reweighted rounds, and the relative error below which all runs have one weight.
 const ROUNDS: usize = 8;
 const SMALL: f64 = 0.02;
-/// From this kind on visits do not follow the length of a sweep. Where the runs do not tell such an
-/// overhead from sweeps, the sweeps are given the time: longer ones take longer.
+/// From this kind on, visits do not grow with the length of a sweep. Where the runs do not tell
+/// such an overhead from sweeps, the fit gives the time to the sweeps, since longer sweeps take
+/// longer.
 const OVERHEAD: usize = 4;
 const RELUCTANCE: f64 = 0.01;
 /// Least number of samples on which the model is tried by leaving one out.
 const ENOUGH: usize = 10;
-/// Sets of kinds whose errors are within this share of the least explain the runs alike: the first
-/// of them, in the order of the kinds, is taken.
+/// Sets of kinds whose errors are within this share of the least error explain the runs equally
+/// well. The fit takes the first of them in the order of the kinds.
 const ALIKE: f64 = 1e-3;
 
-/// The prices that are the nearest to measured times: those with the least `Σ |p·w/t − 1|` among all
-/// `p ≥ 0`. So a run that the machine disturbed counts little. It is found by least squares whose
-/// weights follow the errors; each round tries every set of kinds, so that no price is negative.
-/// Returns `None` without samples.
+/// The prices with the least `Σ |p·w/t − 1|` among all `p ≥ 0`: for each run, `w` are its visits by
+/// kind and `t` is its measured time. Absolute errors give a run that the machine disturbed little
+/// weight. Reweighted least squares find the prices; each round tries every set of kinds, so that
+/// no price is negative. Returns `None` without samples.
 #[must_use]
 pub fn fit(method: &str, samples: &[Sample]) -> Option<Price> {
-    // Visits over nanoseconds: relative errors have equal weights.
+    // Visits over the time in nanoseconds, so that relative errors have equal weights.
     let rows: Vec<[f64; KINDS]> = samples
         .iter()
         .map(|sample| sample.work.visits_by_kind().map(|count| count / (1e9 * sample.seconds)))
@@ -102,8 +103,9 @@ pub fn fit(method: &str, samples: &[Sample]) -> Option<Price> {
     Some(price)
 }
 
-/// Factor by which the time of a run and the model that was fitted to all others differ at most in
-/// nine of ten runs; `None` below [`ENOUGH`] samples, with which a kind of work can stand on one run.
+/// The greatest factor, in nine of ten runs, between the time of a run and a model that was fitted
+/// to all other runs. `None` below [`ENOUGH`] samples: there the price of a kind may rest on one
+/// run.
 fn left_out(method: &str, samples: &[Sample]) -> Option<f64> {
     if samples.len() < ENOUGH {
         return None;
@@ -122,7 +124,7 @@ fn modelled(row: &[f64; KINDS], prices: &[f64; KINDS]) -> f64 {
     row.iter().zip(prices).map(|(visits, price)| visits * price).sum()
 }
 
-/// The prices that are not negative and have the least weighted squares of relative errors.
+/// The non-negative prices with the least sum of weighted squares of relative errors.
 fn nearest(rows: &[[f64; KINDS]], weights: &[f64]) -> Option<[f64; KINDS]> {
     let off = |prices: &[f64; KINDS]| -> f64 {
         let error = |(row, weight): (_, &f64)| weight * (modelled(row, prices) - 1.0).powi(2);
@@ -145,7 +147,8 @@ fn nearest(rows: &[[f64; KINDS]], weights: &[f64]) -> Option<[f64; KINDS]> {
     candidates.iter().find(alike).map(|(_, prices)| *prices)
 }
 
-/// Prices of some kinds without a sign; `None` if their counts do not tell them apart.
+/// Prices of some kinds by least squares, of either sign; `None` if the counts do not tell the
+/// kinds apart.
 fn least_squares(rows: &[[f64; KINDS]], weights: &[f64], kinds: &[usize]) -> Option<[f64; KINDS]> {
     if rows.len() < kinds.len() {
         return None;

@@ -1,21 +1,21 @@
 //! What counted work costs: a common currency for methods whose kernels differ.
 //!
 //! A visit of a spring takes 1.3 ns in a sweep of forces and ten times as long in a sweep over
-//! constraints, so visits alone rank no two methods of different kinds. The *modelled time* of a
-//! run is the sum over the kinds of its counted work of the count times a price,
+//! constraints, so visits alone cannot rank methods of different kinds. The *modelled time* of a
+//! run multiplies its visits of each kind by a price, and adds up the products:
 //!
 //! ```text
 //! t = Σ_i p_i w_i,
 //! ```
 //!
-//! with `w` the [visits](Counted::visits_by_kind) of each kind and `p ≥ 0` the prices, ns a visit, of
-//! the method's form. The prices are fitted to measured times (see [`fit`]) and are part of the
-//! source, with the machine and the commit at which they were measured. So the modelled time is the
-//! same on every machine that takes the same steps, and no verdict depends on a clock.
+//! with `w` the [visits](Counted::visits_by_kind) of each kind and `p ≥ 0` the prices, ns a visit,
+//! of the method's form. The prices are fitted to measured times (see [`fit`]). They are part of
+//! the source, with the machine and the commit at which they were measured. So the modelled time is
+//! the same on every machine that takes the same steps, and no verdict depends on a clock.
 //!
 //! The timed runs to which the table is fitted stand beside it in the source, and a test fits it
-//! again. The table says for each form how far its model is from the measured times. A lead that is smaller
-//! than that is none.
+//! again. The table says for each form how far its model is from the measured times. A lead that is
+//! smaller than this error does not count.
 
 pub mod fit;
 
@@ -30,8 +30,8 @@ pub const KINDS: usize = 8;
 /// and waiting for memory.
 const EACH: f64 = 100.0;
 
-/// Work whose modelled time is less than this share of the least time that its visits took in the timed
-/// runs is unlike theirs.
+/// Work is unlike the timed runs if its modelled time a visit is less than this share of the least
+/// modelled time a visit among them.
 const UNLIKE: f64 = 0.25;
 
 /// The counted work of a run.
@@ -82,18 +82,18 @@ impl Counted {
         ]
     }
 
-    /// All visits of the steps. This is the unit of budgets: the same for every method, and blind to
-    /// how long a visit takes.
+    /// All visits of the steps, which are the unit of budgets. The unit is the same for every
+    /// method and does not depend on how long a visit takes.
     #[must_use]
     pub fn visits(&self) -> f64 {
         let [forces, products, factorisations, setups, steps, ..] = self.visits_by_kind();
         forces + products + factorisations + setups + steps
     }
 
-    /// Modelled time by prices, s. Kinds of work that grew together in all timed runs share their
-    /// time, and one of them may bear no price. Work of which the other is not a part, such as that
-    /// of an undamped run of a method that was timed with damping, was never timed: the prices of a
-    /// plain sweep count there.
+    /// Modelled time by prices, s. Where two kinds of work grew together in all timed runs, the fit
+    /// may give all of their time to one of them, and no price to the other. Then work of the other
+    /// kind alone would cost too little, for example an undamped run of a method that was timed
+    /// with damping. Such work is unlike all timed runs, and the prices of a plain sweep count.
     #[must_use]
     pub fn seconds(&self, price: &Price) -> f64 {
         let visits = self.visits_by_kind();
@@ -114,14 +114,14 @@ pub struct Price {
     pub method: String,
     /// Nanoseconds a visit of each kind of work.
     pub ns_a_visit: [f64; KINDS],
-    /// Least modelled time of these runs over their visits, ns.
+    /// Least modelled time a visit, ns, among the runs to which the prices were fitted.
     pub least_ns_a_visit: f64,
     /// Timed runs to which the prices were fitted.
     pub runs: usize,
-    /// Factor by which modelled and measured time differ at most in nine of ten of these runs.
+    /// The greatest factor between modelled and measured time in nine of ten of these runs.
     pub within: f64,
-    /// The same where each run is foreseen by a model that was fitted to the others; `None` where
-    /// the runs are too few.
+    /// The same factor where the model of each run was fitted to the other runs; `None` where there
+    /// are too few runs.
     pub left_out: Option<f64>,
 }
 
@@ -149,7 +149,8 @@ pub fn prices() -> &'static Prices {
 }
 
 impl Prices {
-    /// The prices of a form of its own, however its settings are written.
+    /// The prices that were fitted to this form, however its settings are written; `None` where it
+    /// was never timed.
     #[must_use]
     pub fn own(&self, method: &str) -> Option<&Price> {
         let whole = |text: &str| Some(crate::methods::Choice::parse(text, &[]).ok()?.full_id());
@@ -160,8 +161,8 @@ impl Prices {
         })
     }
 
-    /// The prices of a form: its own, else those of the method's first form in the table, else of a
-    /// plain sweep of forces. A method of the user has the latter.
+    /// The prices of a form: its own, else those of the method's first form in the table, else
+    /// those of a plain sweep of forces. A user's method has the prices of a plain sweep.
     #[must_use]
     pub fn of(&self, method: &str) -> &Price {
         let id = |method: &str| method.split(':').next().map(str::to_owned);
@@ -185,7 +186,8 @@ static PLAIN: Price = Price {
 mod tests {
     use super::*;
 
-    /// A form is the same with all its settings written out; one that was never timed has no price.
+    /// A form stays the same with all its settings written out. A form that was never timed has no
+    /// price.
     #[test]
     fn a_form_is_known_by_its_settings_however_they_are_written() {
         for price in &prices().forms {
@@ -226,7 +228,8 @@ mod tests {
         assert_eq!(WORK.seconds(&price), 1e-9 * (8840.0 + 80e3 + 8e3 + 2e3));
     }
 
-    /// A method whose timed runs were damped bears its price in products; undamped it has none.
+    /// The price of a method whose timed runs were damped rests on products. An undamped run has no
+    /// products.
     #[test]
     fn work_unlike_all_timed_runs_costs_what_a_plain_sweep_does() {
         let price = prices().of("srkn4");
@@ -258,7 +261,7 @@ mod tests {
         assert!(prices.of("c").within.is_infinite());
     }
 
-    /// The committed table is what its committed timed runs give.
+    /// The fit of the committed timed runs gives the committed table.
     #[test]
     fn the_table_follows_from_its_samples() {
         let samples: fit::Samples = serde_json::from_str(include_str!("samples.json")).unwrap();
@@ -270,8 +273,8 @@ mod tests {
         assert_eq!(fitted.forms.len(), prices().forms.len());
     }
 
-    /// What would make a ranking by modelled time wrong: a form without a price, or a model that is
-    /// far from the clock.
+    /// A form without a price, or a model far from the measured times, would make a ranking by
+    /// modelled time wrong.
     #[test]
     fn every_method_of_the_registry_has_a_price_that_tells_its_time() {
         for method in crate::methods::all() {

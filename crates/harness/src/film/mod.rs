@@ -1,4 +1,4 @@
-//! What is seen of a moving cloth, and how far two motions are apart.
+//! Films a moving cloth, and measures how far two motions are apart.
 //!
 //! A [`Camera`] looks at a run at the ends of frames. It keeps the positions at every look and the
 //! path of chosen particles. Two films of the same camera are compared by the distance of their
@@ -20,15 +20,15 @@ pub(crate) const HALF: f64 = 0.5;
 /// Positions, kinetic energy and strain at one look.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
-    /// One a particle, in the order of the specification, m.
+    /// Position of each particle, in the order of the specification, m.
     pub(crate) x: Vec<Vec3>,
-    /// J.
+    /// Kinetic energy, J.
     pub(crate) kinetic: f64,
     /// 99th percentile of the strain along the threads.
     pub(crate) strain: f64,
 }
 
-/// What is seen of a motion.
+/// The film of a motion.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Seen {
     pub(crate) looks: Vec<Look>,
@@ -42,7 +42,7 @@ pub(crate) type Thread = (usize, usize, f64);
 /// How a scene is filmed.
 #[derive(Clone, Debug)]
 pub(crate) struct Camera {
-    /// Of the cloth, as indices of particles.
+    /// Triangles of the cloth, as indices of particles.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The springs along the threads.
     pub(crate) threads: Vec<Thread>,
@@ -50,7 +50,7 @@ pub(crate) struct Camera {
     pub(crate) tracked: Vec<usize>,
     /// Frames a second.
     pub(crate) rate: f64,
-    /// Length of the film.
+    /// Length of the film in frames.
     pub(crate) frames: u32,
     /// Frames from one look to the next.
     pub(crate) stride: u32,
@@ -63,14 +63,14 @@ pub(crate) fn threads(spec: &SystemSpec) -> Vec<Thread> {
 }
 
 impl Camera {
-    /// The first `frames` in steps of which `substeps` make a frame.
+    /// The time span of the first `frames` frames, with `substeps` steps a frame.
     pub(crate) fn span(&self, substeps: u32, frames: u32) -> TimeSpan {
         let step_s = 1.0 / (self.rate * f64::from(substeps));
         TimeSpan { step_s, duration_s: f64::from(frames) / self.rate }
     }
 
-    /// Makes a run and keeps what is seen. `runner` takes the whole [`span`](Self::span) with so
-    /// many substeps; `first` are the positions at the start in the order of the specification, m.
+    /// Makes a run and films it. `runner` takes the whole [`span`](Self::span) with so many
+    /// substeps. `first` are the positions at the start in the order of the specification, m.
     pub(crate) fn film<'a>(
         &'a self,
         runner: Runner<'a>,
@@ -83,8 +83,8 @@ impl Camera {
         Ok((counts, eye.borrow_mut().close()))
     }
 
-    /// As [`film`](Self::film), from the state of the simulation and without a watch on the energy
-    /// of every step, which costs as much as a step of an explicit method.
+    /// As [`film`](Self::film), but starts from the state of the simulation and does not watch the
+    /// energy. The energy of every step costs as much as a step of an explicit method.
     pub(crate) fn glance<'a>(
         &'a self,
         runner: Runner<'a>,
@@ -96,7 +96,7 @@ impl Camera {
         Ok((outcome, eye.borrow_mut().close()))
     }
 
-    /// What is seen of a motion that starts at `first` and has these states at the ends of its
+    /// The film of a motion that starts at `first`, m, and has these states at the ends of its
     /// frames.
     pub(crate) fn look_at(&self, system: &System, first: &[Vec3], states: &[State]) -> Seen {
         let mut eye = Eye::new(self, first);
@@ -106,8 +106,8 @@ impl Camera {
         eye.close()
     }
 
-    /// The runner with an observer that looks at the ends of frames. The runner keeps it longer
-    /// than the run lasts.
+    /// The runner with an observer that looks at the ends of frames. The runner outlives the run,
+    /// so the observer does, too.
     fn before<'a>(
         &'a self,
         runner: Runner<'a>,
@@ -150,7 +150,7 @@ impl Camera {
     }
 }
 
-/// What a camera has seen so far.
+/// The film of a camera so far.
 #[derive(Debug)]
 struct Eye<'a> {
     camera: &'a Camera,
@@ -181,7 +181,7 @@ impl<'a> Eye<'a> {
         }
     }
 
-    /// All that was seen.
+    /// Ends the film and returns it.
     fn close(&mut self) -> Seen {
         std::mem::take(&mut self.seen)
     }
@@ -192,7 +192,7 @@ pub(crate) fn look_apart(a: &Look, b: &Look) -> f64 {
     mean(a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared())).sqrt()
 }
 
-/// The mean; 0 of nothing.
+/// The mean; 0 without values.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / f64::max(count, 1.0)

@@ -2,14 +2,14 @@
 
 use drape_model::Vec3;
 
-/// Triangles in space, sorted so that those near a point are found.
+/// Triangles in space, sorted so that a search finds those near a point.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
     x: &'a [Vec3],
     triangles: &'a [[u32; 3]],
     /// Coordinate along which the triangles are sorted.
     axis: usize,
-    /// Middle along the axis and number of each triangle, rising.
+    /// Middle along the axis, m, and number of each triangle; the middles rise.
     sorted: Vec<(f64, u32)>,
     /// Greatest distance along the axis from a triangle's middle to its corners, m.
     reach: f64,
@@ -35,7 +35,8 @@ impl<'a> Surface<'a> {
         Self { x, triangles, axis, sorted, reach }
     }
 
-    /// Distance of a point, m. `near` is the number of a particle that may be close.
+    /// Distance of a point from the surface, m. `near` is the number of a particle that may be
+    /// close.
     fn distance(&self, point: &Vec3, near: usize) -> f64 {
         let mut best = (point - self.x[near]).norm_squared();
         let place = point[self.axis];
@@ -54,14 +55,14 @@ impl<'a> Surface<'a> {
         best.sqrt()
     }
 
-    /// Mean distance of the other surface's particles, m.
+    /// Mean distance of the points `x` from this surface, m.
     fn mean_distance(&self, x: &[Vec3]) -> f64 {
         let sum: f64 = x.iter().enumerate().map(|(i, x)| self.distance(x, i)).sum();
         sum / x.len() as f64
     }
 
-    /// Mean distance of the particles of each surface to the other, m; both have the same
-    /// particles.
+    /// Mean distance of the particles of each surface from the other surface, m. Both surfaces have
+    /// the same number of particles.
     pub(super) fn apart(&self, other: &Self) -> f64 {
         0.5 * (self.mean_distance(other.x) + other.mean_distance(self.x))
     }

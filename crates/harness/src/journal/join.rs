@@ -1,4 +1,4 @@
-//! Joining the journals of parts.
+//! Joins the journals of parts.
 
 use super::{EXTENSION, FOLDER, Head, Line, Unfinished, io, sealed, unsealed};
 use crate::HarnessError;
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What the joined journals are about.
+/// The experiments whose journals were joined.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Joined {
     /// Whether only the quick subset is computed.
@@ -28,13 +28,13 @@ struct Found {
 type Cells = BTreeMap<(String, usize), Found>;
 
 impl Unfinished {
-    /// Joins the journals of `parts`, which are folders like this one, with those that are here.
+    /// Joins the journals of `parts`, which are folders of results, with the journals here.
     ///
     /// # Errors
     /// [`HarnessError::Part`] where a folder holds no journal, where a journal was written by
-    /// another executable, with other methods or for another subset of the cells than the first
-    /// one, or where two journals contradict each other. [`HarnessError::Record`] when a journal
-    /// cannot be read or written.
+    /// another executable or with other methods, where its subset of the cells is another one than
+    /// in the first journal, and where two journals contradict each other. [`HarnessError::Record`]
+    /// when a journal cannot be read or written.
     pub fn join(&self, parts: &[PathBuf]) -> Result<Joined, HarnessError> {
         let mut quick: Option<(bool, PathBuf)> = None;
         let mut found: BTreeMap<String, Cells> = BTreeMap::new();
@@ -51,7 +51,7 @@ impl Unfinished {
             for (experiment, file) in journals {
                 let bytes = std::fs::read(&file).map_err(io(&file, "read"))?;
                 let Some((head, lines)) = read(&bytes) else {
-                    // A process that was killed at once.
+                    // The process was killed before it had written a line.
                     found.entry(experiment).or_default();
                     continue;
                 };
@@ -126,7 +126,7 @@ impl Unfinished {
     }
 }
 
-/// The journals in a folder, by experiment; none where there is no folder.
+/// The journals in a folder, by experiment; none where the folder is missing.
 fn journals(folder: &Path) -> Result<BTreeMap<String, PathBuf>, HarnessError> {
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -142,7 +142,7 @@ fn journals(folder: &Path) -> Result<BTreeMap<String, PathBuf>, HarnessError> {
     Ok(named.collect())
 }
 
-/// The first line of a journal and the JSON of the others that are whole.
+/// The first line of a journal, and the JSON of the other lines that are whole.
 fn read(bytes: &[u8]) -> Option<(Head, Vec<&[u8]>)> {
     let mut lines = bytes.split_inclusive(|&byte| byte == b'\n');
     let salt = unsealed(b"", lines.next()?)?;
@@ -150,14 +150,14 @@ fn read(bytes: &[u8]) -> Option<(Head, Vec<&[u8]>)> {
     Some((head, lines.filter_map(|line| unsealed(salt, line)).collect()))
 }
 
-/// Adds a line to the cells, if it is one.
+/// Adds the cell of a line, if it holds one.
 fn take(cells: &mut Cells, json: &[u8], file: &Path) -> Result<(), HarnessError> {
     let Ok(Line::Cell { part, number, is_timed, result }) = serde_json::from_slice(json) else {
         return Ok(());
     };
     let key = (part.into_owned(), number);
     match cells.get(&key) {
-        // Times differ from run to run; the first one counts.
+        // Times differ from run to run; the first result counts.
         Some(other) if other.result != result && !(is_timed && other.is_timed) => {
             Err(HarnessError::Part {
                 path: file.to_owned(),

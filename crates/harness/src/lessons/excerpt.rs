@@ -1,38 +1,38 @@
-//! Parts of a text that are shown, found by what they begin and end with.
+//! Excerpts of a source text, found by their first and last lines.
 
 /// Most lines of an excerpt.
 const MOST: usize = 40;
 
-/// Some lines of a file: from the only one that contains `from` to the first one there or later
-/// that contains `to`.
+/// Some lines of a file. The first is the only line that contains `from`. The last is the first
+/// line from there on that contains `to`.
 #[derive(Clone, Copy, Debug)]
 pub struct Excerpt {
     /// The file, from the folder of its crate.
     pub file: &'static str,
-    /// What the first line contains, and no other one.
+    /// Text that the first line contains, and no other line.
     pub from: &'static str,
-    /// What the last line contains.
+    /// Text that the last line contains.
     pub to: &'static str,
 }
 
 impl Excerpt {
-    /// From `src/lib.rs`.
+    /// An excerpt of `src/lib.rs`.
     pub(crate) const fn docs(from: &'static str, to: &'static str) -> Self {
         Self { file: "src/lib.rs", from, to }
     }
 
-    /// From `src/step.rs`.
+    /// An excerpt of `src/step.rs`.
     pub(crate) const fn step(from: &'static str, to: &'static str) -> Self {
         Self { file: "src/step.rs", from, to }
     }
 
-    /// From another file.
+    /// An excerpt of another file.
     pub(crate) const fn of(file: &'static str, from: &'static str, to: &'static str) -> Self {
         Self { file, from, to }
     }
 
     /// The lines, without their common indentation and without the marks of documentation. `None`
-    /// if they are not there, if the beginning is not unique, or if they are too many.
+    /// if they are missing, if there are too many of them, or if the first line is not unique.
     pub(crate) fn find(&self, sources: &[(&str, &str)]) -> Option<String> {
         let (_, text) = sources.iter().find(|(file, _)| *file == self.file)?;
         let lines: Vec<&str> = text.lines().map(plain).collect();

@@ -1,13 +1,13 @@
-//! What a step does to the oscillator, from the start on.
+//! The effect of a step on the oscillator, from the start of a run on.
 
 use super::Setting;
 use drape_oracle::recurrence::{Amplification, GeneralizedAlpha, Recurrence, spectral_radius};
 use nalgebra::Vector2;
 
-/// What a method does to the oscillator `(x, w = hv)`, as functions of `θ = h²κ` and `η = hδ`.
+/// The effect of a method on the oscillator `(x, w = hv)`, as functions of `θ = h²κ` and `η = hδ`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Law {
-    /// One matrix.
+    /// Every step multiplies the state by one matrix.
     OneStep(fn(f64, f64) -> Amplification),
     /// A first step, then a recurrence, both of substeps.
     TwoSteps {
@@ -23,8 +23,8 @@ pub(crate) enum Law {
 }
 
 impl Law {
-    /// The largest modulus of the eigenvalues of a step: by this it multiplies the motion in the
-    /// long run.
+    /// The largest modulus of the eigenvalues of a step. In the long run each step multiplies the
+    /// motion by this number.
     pub(crate) fn radius(&self, theta: f64, eta: f64) -> f64 {
         match self {
             Self::OneStep(matrix) => spectral_radius(&matrix(theta, eta)),
@@ -36,8 +36,8 @@ impl Law {
         }
     }
 
-    /// The angle by which a step turns the oscillation of the largest modulus, rad. NaN if there is
-    /// none.
+    /// The angle by which a step turns the oscillation of the largest modulus, rad. NaN if no such
+    /// oscillation exists.
     pub(crate) fn angle(&self, theta: f64, eta: f64) -> f64 {
         let (recurrence, substeps) = match self {
             Self::OneStep(matrix) => (Recurrence::from(matrix(theta, eta)), 1.0),
@@ -59,7 +59,7 @@ impl Law {
         100.0 * self.energy(theta, eta, setting.steps())
     }
 
-    /// Energy after `steps` steps over that of the start, which is all motion.
+    /// Energy after `steps` steps over that at the start, which is all kinetic.
     pub(crate) fn energy(&self, theta: f64, eta: f64, steps: u64) -> f64 {
         let energy = |theta: f64, x: f64, w: f64| theta * x * x + w * w;
         let start = Vector2::new(0.0, 1.0);
@@ -94,9 +94,9 @@ mod tests {
     use super::*;
     use drape_oracle::recurrence::{Multistep, backward_euler, bdf, implicit_midpoint};
 
-    /// Closed forms: `(1 + θ)⁻ⁿ` and the radius `(1 + θ)^{−1/2}` of backward Euler; the midpoint
-    /// keeps all and turns by `2 atan(√θ/2)`; two-step differences with one step only are backward
-    /// Euler.
+    /// Closed forms. Backward Euler has `(1 + θ)⁻ⁿ` and the radius `(1 + θ)^{−1/2}`. The midpoint
+    /// rule keeps all energy and turns by `2 atan(√θ/2)`. A run of one step of two-step differences
+    /// equals backward Euler.
     #[test]
     fn laws_are_those_of_known_methods() {
         let euler = Law::OneStep(backward_euler);
@@ -112,7 +112,7 @@ mod tests {
             Law::TwoSteps { first: backward_euler, later: |t, e| bdf(2, t, e), substeps: 5 };
         let (whole, parts) = (divided.energy(0.25, 0.0, 2), two.energy(0.01, 0.0, 10));
         assert!((whole - parts).abs() < 1e-15, "{whole} {parts}");
-        // Trapezoidal rule behind a step of backward Euler: only that step loses energy.
+        // The trapezoidal rule after a step of backward Euler: only the first step loses energy.
         let trapezoid = Law::TwoSteps {
             first: backward_euler,
             later: |t, e| Multistep::cnab2(1.0).recurrence(t, 0.0, e),

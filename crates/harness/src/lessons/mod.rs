@@ -1,9 +1,9 @@
-//! Lessons: what a method does to a single spring, with a question whose answer theory knows.
+//! Lessons: a method on a single spring, with a question that theory answers.
 //!
 //! A lesson stands in the module of its method ([`crate::methods`]). Its equations and its code are
-//! excerpts of the method's crate, and its numbers follow from the method's law on the oscillator
-//! `x'' = −κx − δx'`: no answer is typed in. `tests/tests/lessons.rs` runs every lesson on its own
-//! scene and compares.
+//! excerpts of the method's crate. Its numbers follow from the method's law on the oscillator
+//! `x'' = −κx − δx'`, so no answer is typed in. `tests/tests/lessons.rs` runs every lesson on its
+//! own scene and compares the results with the answers.
 
 mod excerpt;
 mod law;
@@ -23,7 +23,7 @@ const POINTS: i32 = 41;
 /// The curve covers steps from one over this to this times the step of the lesson.
 const SPAN: f64 = 100.0;
 
-/// What a lesson opens: the same spring with some methods.
+/// The setting that a lesson opens: one spring with one or more methods.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     /// Name of the bundled scene.
@@ -53,12 +53,12 @@ impl Setting {
         Self { scene, methods, stiffness: 1e6, damping: 0.0, step: 0.01, duration: 0.1 }
     }
 
-    /// With another step and duration, s.
+    /// The same setting with another step and duration, s.
     pub(crate) const fn time(self, step: f64, duration: f64) -> Self {
         Self { step, duration, ..self }
     }
 
-    /// With other springs: `κ` in 1/s², `δ` in 1/s.
+    /// The same setting with another spring: `κ` in 1/s², `δ` in 1/s.
     pub(crate) const fn spring(self, stiffness: f64, damping: f64) -> Self {
         Self { stiffness, damping, ..self }
     }
@@ -74,12 +74,12 @@ impl Setting {
     }
 }
 
-/// A wrong answer that is often given.
+/// A common wrong answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Trap {
     /// The answer, in the unit of the question.
     pub value: fn(&Setting) -> f64,
-    /// What is wrong with it.
+    /// Why it is wrong.
     pub hint: &'static str,
 }
 
@@ -88,29 +88,29 @@ pub struct Trap {
 pub struct Lesson {
     /// Its title.
     pub title: &'static str,
-    /// What is to be understood, in a few sentences.
+    /// The idea to understand, in a few sentences.
     pub idea: &'static str,
     /// The crate of the method.
     pub docs: &'static str,
     /// Texts of that crate, by their files.
     pub sources: &'static [(&'static str, &'static str)],
-    /// The equations, as the documentation of the crate has them.
+    /// The equations, from the documentation of the crate.
     pub equation: Excerpt,
     /// The code that computes them.
     pub code: Excerpt,
-    /// What the method does to the oscillator.
+    /// The effect of the method on the oscillator.
     pub(crate) law: Law,
-    /// What it does to a load across a stiff spring, if the question is about that.
+    /// Its effect on a load across a stiff spring, if the question is about such a load.
     pub(crate) load: Option<LoadLaw>,
-    /// What it opens.
+    /// The setting that it opens.
     pub setting: Setting,
     /// The question.
     pub question: Question,
-    /// What else to try.
+    /// A further experiment to try.
     pub attempt: &'static str,
-    /// What to say to an answer that is too small.
+    /// The hint for an answer that is too small.
     pub low: &'static str,
-    /// What to say to an answer that is too large.
+    /// The hint for an answer that is too large.
     pub high: &'static str,
     /// Wrong answers with a hint of their own.
     pub traps: &'static [Trap],
@@ -126,7 +126,7 @@ pub fn lessons() -> impl Iterator<Item = (&'static Method, &'static Lesson)> {
 /// The lesson on the method of that id.
 ///
 /// # Errors
-/// A sentence that names the known ones.
+/// A sentence that names the known ids, where no lesson has that id.
 pub fn find(id: &str) -> Result<(&'static Method, &'static Lesson), String> {
     lessons().find(|(method, _)| method.id == id).ok_or_else(|| {
         let known: Vec<_> = lessons().map(|(method, _)| method.id).collect();
@@ -135,24 +135,25 @@ pub fn find(id: &str) -> Result<(&'static Method, &'static Lesson), String> {
 }
 
 impl Lesson {
-    /// The equations; `None` if the crate has them no more.
+    /// The equations; `None` if the crate no longer contains them.
     pub fn equation(&self) -> Option<String> {
         self.equation.find(self.sources)
     }
 
-    /// The code; `None` if the crate has it no more.
+    /// The code; `None` if the crate no longer contains it.
     pub fn code(&self) -> Option<String> {
         self.code.find(self.sources)
     }
 
-    /// Where an excerpt stands, from the root of drape.
+    /// The path of the file of an excerpt, from the root of drape.
     pub fn file(&self, excerpt: &Excerpt) -> String {
         let folder = self.docs.strip_prefix("drape-").unwrap_or(self.docs);
         format!("crates/integrators/{folder}/{}", excerpt.file)
     }
 
-    /// The factor by which a step multiplies the motion in the long run, for step sizes (s) around
-    /// that of the lesson, with its spring.
+    /// Pairs of a step size, s, and the factor by which such a step multiplies the motion in the
+    /// long run. The step sizes lie around that of the lesson, and the spring is that of the
+    /// lesson.
     pub fn radii(&self) -> Vec<(f64, f64)> {
         let half = (POINTS - 1) / 2;
         let step =

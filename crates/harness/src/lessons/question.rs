@@ -1,16 +1,16 @@
-//! Questions, and how answers are marked.
+//! The questions of lessons, and the marks for answers.
 
 use super::{Lesson, Setting};
 use crate::methods::Choice;
 use crate::scenes::bundled;
 use drape_report::number::significant;
 
-/// A spectral radius above 1 by no more than this is round-off: a double root is known to the
-/// square root of the precision.
+/// A spectral radius above 1 by no more than this is round-off: a double root is accurate only to
+/// the square root of the precision.
 const ROUND_OFF: f64 = 1e-6;
-/// Steps among which the longest stable one is looked for, s.
+/// Least and greatest step of the search for the longest stable one, s.
 const STEPS_S: (f64, f64) = (1e-4, 10.0);
-/// Ratio of two steps that are looked at one after the other.
+/// Ratio of two successive steps of that search.
 const RATIO: f64 = 1.005;
 
 /// What a lesson asks.
@@ -20,7 +20,7 @@ pub enum Question {
     LongestStep,
     /// The share of the energy at the start that is left at the end, %.
     EnergyLeft,
-    /// The energy lost until the end over that with half of the step.
+    /// The energy lost until the end, over the energy lost with half of the step.
     LossRatio,
     /// The period of the oscillation, s.
     Period,
@@ -30,7 +30,7 @@ pub enum Question {
     Speed,
 }
 
-/// What is said to an answer.
+/// The mark for an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
     /// Whether it is accepted.
@@ -40,7 +40,7 @@ pub struct Mark {
 }
 
 impl Question {
-    /// Greatest distance of an accepted answer from the right one, over the latter.
+    /// Greatest relative error of an accepted answer.
     pub fn tolerance(self) -> f64 {
         match self {
             Self::EnergyLeft | Self::Period => 0.03,
@@ -95,7 +95,7 @@ impl Question {
         }
     }
 
-    /// What to do in the lab to find the answer.
+    /// How to find the answer in the lab.
     pub fn way(self) -> &'static str {
         match self {
             Self::LongestStep => {
@@ -178,7 +178,7 @@ impl Lesson {
     /// Marks an answer in the unit of the question.
     ///
     /// # Errors
-    /// A sentence for an answer that is not a finite number.
+    /// A sentence, where the answer is not a finite number.
     pub fn mark(&self, given: f64) -> Result<Mark, String> {
         if !given.is_finite() {
             return Err(format!("value: {given}; expected a finite number"));
@@ -204,7 +204,7 @@ impl Lesson {
     }
 }
 
-/// The acceleration of gravity in a bundled scene, m/s²; 0 without.
+/// The acceleration of gravity in a bundled scene, m/s²; 0 where it has none.
 pub(crate) fn gravity(scene: &str) -> f64 {
     let gravity = bundled(scene).ok().and_then(|scene| scene.effects.gravity);
     gravity.map_or(0.0, |gravity| gravity.m_s2.iter().map(|a| a * a).sum::<f64>().sqrt())

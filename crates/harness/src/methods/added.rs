@@ -1,5 +1,5 @@
-//! Methods that users add to ours: in Rust when their program starts, or as programs in any
-//! language. Studies run them at their defaults, and nothing is known of them without running them.
+//! Methods that users add to the registry: in Rust when their program starts, or as programs in any
+//! language. Studies run them at their defaults. No theory of them is known.
 
 use super::runs::Runs;
 use super::{Entry, MethodError, REGISTRY, find};
@@ -10,11 +10,11 @@ use drape_integrator::Registration;
 use drape_report::family::Kin;
 use std::sync::{PoisonError, RwLock};
 
-/// Methods that studies run beside ours.
+/// Methods that studies run beside those of drape.
 static ADDED: RwLock<Vec<&'static Entry>> = RwLock::new(Vec::new());
 /// Programs that were called by name.
 static CALLED: RwLock<Vec<&'static Entry>> = RwLock::new(Vec::new());
-/// The ids of the only methods that studies compare.
+/// The ids of the methods to which the user restricts studies; `None` without a restriction.
 static CHOSEN: RwLock<Option<Vec<&'static str>>> = RwLock::new(None);
 
 fn copied<T: Clone>(lock: &RwLock<T>) -> T {
@@ -25,7 +25,7 @@ fn push(lock: &RwLock<Vec<&'static Entry>>, entry: &'static Entry) {
     lock.write().unwrap_or_else(PoisonError::into_inner).push(entry);
 }
 
-/// Ours, then those that were added.
+/// The methods of drape, then the methods that were added.
 pub(super) fn entries() -> impl Iterator<Item = &'static Entry> {
     REGISTRY.iter().copied().chain(copied(&ADDED))
 }
@@ -48,11 +48,11 @@ fn entry(registration: Registration) -> &'static Entry {
     Box::leak(Box::new(Entry { registration, lesson: None, theory, runs: Runs::DEFAULTS }))
 }
 
-/// Adds a method to the registry: from now on every command and every study knows it by its id.
+/// Adds a method to the registry. From then on every command and every study knows it by its id.
 ///
 /// # Errors
-/// [`MethodError::Taken`] for an id that is there already, [`MethodError::BadId`] for one that no
-/// command line could name.
+/// [`MethodError::Taken`] for an id that the registry has already, [`MethodError::BadId`] for an id
+/// that no command line could name.
 ///
 /// ```
 /// use drape_harness::methods;
@@ -75,12 +75,13 @@ pub fn add(registration: Registration) -> Result<(), MethodError> {
     Ok(())
 }
 
-/// How the method of that id is built.
+/// The registration of the method of that id, from which integrators are built; `None` for an
+/// unknown id.
 pub fn registration(id: &str) -> Option<Registration> {
     find(id).map(|entry| *entry.registration)
 }
 
-/// The entry of a program, which is started to say what it is.
+/// The entry of a program. Starts the program, which describes its method.
 pub(super) fn program(command: &str) -> Result<&'static Entry, MethodError> {
     let registration = drape_program::load(command).map_err(MethodError::Program)?;
     let id = registration.method.id;
@@ -91,11 +92,12 @@ pub(super) fn program(command: &str) -> Result<&'static Entry, MethodError> {
     }))
 }
 
-/// Restricts studies that compare all methods to these: ids, or `program:COMMAND`. Programs are
-/// added to the registry. Methods with which a study computes its references still run.
+/// Restricts studies that compare all methods to these ids. An id may be `program:COMMAND`; such
+/// programs are added to the registry. Methods with which a study computes its references still
+/// run.
 ///
 /// # Errors
-/// [`MethodError`] for an unknown id, or for a program that does not say what it is.
+/// [`MethodError`] for an unknown id, or for a program that does not describe its method.
 pub fn choose<'a>(ids: impl IntoIterator<Item = &'a str>) -> Result<(), MethodError> {
     let mut chosen = Vec::new();
     for id in ids {
@@ -123,13 +125,13 @@ pub(crate) fn is_chosen(id: &str) -> bool {
     copied(&CHOSEN).is_none_or(|chosen| chosen.contains(&id))
 }
 
-/// Whether a user added the method of that id: then no theory of it is known.
+/// Whether a user added the method of that id. Then no theory of it is known.
 pub(crate) fn is_added(id: &str) -> bool {
     copied(&ADDED).iter().any(|entry| entry.registration.method.id == id)
 }
 
-/// Whether the methods that studies compare are all of ours and no others. Their records do not
-/// belong beside the committed ones otherwise.
+/// Whether studies compare all methods of drape and no others. Otherwise their records do not
+/// belong beside the committed ones.
 pub fn are_ours_alone() -> bool {
     copied(&ADDED).is_empty() && copied(&CHOSEN).is_none()
 }
@@ -147,8 +149,8 @@ pub(crate) fn options() -> String {
     chosen.iter().map(option).collect()
 }
 
-/// What tells one set of methods from another, for journals: ids, and the SHA-256 of each file that
-/// the command of a program names.
+/// The identity of a set of methods, for journals: ids, and the SHA-256 of each file that the
+/// command of a program names.
 pub(crate) fn identity() -> Vec<String> {
     let added = copied(&ADDED).into_iter().map(|entry| entry.registration.method.id);
     let mut identity: Vec<String> = added
@@ -164,17 +166,17 @@ pub(crate) fn identity() -> Vec<String> {
     identity
 }
 
-/// Gives programs at most so long for each answer while the limit lives.
+/// Limits the time of programs for each answer, for as long as the returned value lives.
 pub(crate) fn programs_answer_within(limit: std::time::Duration) -> drape_program::AnswerLimit {
     drape_program::answer_within(limit)
 }
 
-/// Kills all programs that run: for a process that ends at once.
+/// Kills all running programs. A process that ends at once calls it.
 pub fn kill_programs() {
     drape_program::kill_all();
 }
 
-/// What programs did wrong in this process, each sentence with how often it came.
+/// The failures of programs in this process: sentences, each with the number of its occurrences.
 pub fn program_failures() -> Vec<(String, u64)> {
     drape_program::failures()
 }

@@ -62,10 +62,10 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// By factors, where the study is about the method and not about its solver.
+/// A form solved by factors, for studies of the method rather than of its solver.
 const EXACT: &str = "backward-euler:solver=cholesky";
 
-/// As before, to a thousandth.
+/// The same form, solved to a thousandth.
 const LOOSE: &str = "backward-euler:residual=1e-3,solver=cholesky";
 
 fn case(problem: &Problem<'_>) -> Expectation {

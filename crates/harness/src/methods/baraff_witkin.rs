@@ -22,7 +22,7 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |settings| Matrix::BlockFactor.if_set(settings, "solver", "cholesky"),
         divides: false,
         is_limited: false,
-        // Across the spring the linearised force is that of the old secant stiffness.
+        // Across the spring, the linearised force has the old secant stiffness.
         forms: &[form("baraff-witkin")
             .limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e)))
             .spin(|theta, before, _| spin::baraff_witkin(theta, 0.0, before))],

@@ -65,13 +65,13 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// By factors, where the study is about the method and not about its solver.
+/// A form solved by factors, for studies of the method rather than of its solver.
 const EXACT: &str = "bdf2:solver=cholesky";
 
-/// As before, to a thousandth.
+/// The same form, solved to a thousandth.
 const LOOSE: &str = "bdf2:residual=1e-3,solver=cholesky";
 
-/// One linear solve a step, more where its residual would add energy.
+/// A form with one linear solve a step, and with more where its residual would add energy.
 const SAFEGUARDED: &str = "bdf2:max_iterations=1,safeguard=work,solver=cg,cg_tolerance=0.01";
 
 fn case(problem: &Problem<'_>) -> Expectation {

@@ -84,19 +84,19 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// By factors, where the study is about the method and not about its solver.
+/// A form solved by factors, for studies of the method rather than of its solver.
 const EXACT: &str = "dirk:solver=cholesky";
 
-/// As before, of order 3.
+/// The same form, of order 3.
 const ESDIRK3: &str = "dirk:tableau=esdirk3,solver=cholesky";
 
-/// As before, of order 4.
+/// The same form, of order 4.
 const SDIRK4: &str = "dirk:tableau=sdirk4,solver=cholesky";
 
-/// One linear solve a stage.
+/// A form with one linear solve a stage.
 const LINEARISED: &str = "dirk:max_iterations=1,solver=cg,cg_tolerance=0.01";
 
-/// As before, with more iterations where the residual would add energy.
+/// The same form, with more iterations where the residual would add energy.
 const SAFEGUARDED: &str = "dirk:max_iterations=1,safeguard=work,solver=cg,cg_tolerance=0.01";
 
 fn radius(method: &RungeKutta, theta: f64, eta: f64) -> f64 {

@@ -46,7 +46,7 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// Greatest residual, over the change of velocity by the forces, of a step that counts as solved.
+/// A step counts as solved up to this residual, over the change of velocity by the forces.
 const SOLVED: f64 = 1e-6;
 
 fn case(problem: &Problem<'_>) -> Expectation {

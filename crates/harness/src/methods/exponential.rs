@@ -32,7 +32,7 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// Linear motion is exact; what the tangent does to springs that turn is not bounded.
+/// Linear motion is exact. For springs that turn, nothing bounds the effect of the tangent.
 fn case(problem: &Problem<'_>) -> Expectation {
     at_rest_or(problem, &format!("exact on linear systems; {TURNING}"))
 }

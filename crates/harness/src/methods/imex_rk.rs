@@ -63,7 +63,7 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// The spectral radius where all stiffness is implicit.
+/// The spectral radius of a step where all stiffness is implicit.
 fn radius(tableau: &Tableau, theta: f64, eta: f64) -> f64 {
     spectral_radius(&matrix(tableau, theta, eta))
 }
@@ -74,8 +74,8 @@ fn matrix(tableau: &Tableau, theta: f64, eta: f64) -> Amplification {
     additive_runge_kutta(&pair, theta, 0.0, eta)
 }
 
-/// Explicit stiffness `θ_E = r θ_I` is stable for every `θ_I` from `r = −1` on with `ars222` and
-/// `ark3` alone; about an equilibrium of stretched springs `−1 ≤ r ≤ 0`.
+/// Let the explicit stiffness be `θ_E = r θ_I`. From `r = −1` on, only `ars222` and `ark3` are
+/// stable for every `θ_I`. About an equilibrium of stretched springs, `−1 ≤ r ≤ 0`.
 fn case(problem: &Problem<'_>) -> Expectation {
     let takes_turns = matches!(problem.choice.settings().word("tableau"), "ars222" | "ark3");
     if problem.has_contacts() {

@@ -13,8 +13,8 @@ use drape_oracle::laws::spin;
 use drape_oracle::recurrence::{backward_euler, spectral_radius};
 use drape_report::family::Kin;
 
-/// Algorithm 1 as printed, ended after so many updates of the right-hand side, from the velocity of
-/// the last step.
+/// Algorithm 1 as printed, which starts from the velocity of the last step and ends after so many
+/// updates of the right-hand side.
 macro_rules! passes {
     ($number:literal) => {
         concat!(

@@ -21,7 +21,7 @@ pub(super) static ENTRY: Entry = Entry {
     theory: Theory {
         case,
         kin: Kin::Explicit,
-        // Of the damping, if any.
+        // The matrix of implicit damping, where the system has damping.
         matrix: |settings| match settings.word("damping") {
             "explicit" => Matrix::None,
             _ => Matrix::ScalarFactor.if_set(settings, "solver", "cholesky"),
@@ -70,10 +70,10 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// Substep over the stability limit.
+/// Length of a substep over the stability limit.
 const SAFETIES: &[f64] = &[0.95, 0.5, 0.25, 0.125, 0.0625];
 
-/// Half of the damping is taken at either velocity: at `ζ = −1` it falls out.
+/// Half of the damping is taken at either velocity, so it cancels at `ζ = −1`.
 const FACTORS: Factors = Factors {
     explicit: Weights { damping: 0.0, ..Factors::ONE_STEP.explicit },
     ..Factors::ONE_STEP

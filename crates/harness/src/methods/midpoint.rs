@@ -69,16 +69,16 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// By factors, where the study is about the method and not about its solver.
+/// A form solved by factors, for studies of the method rather than of its solver.
 const EXACT: &str = "midpoint:solver=cholesky";
 
-/// As before, to a thousandth.
+/// The same form, solved to a thousandth.
 const LOOSE: &str = "midpoint:residual=1e-3,solver=cholesky";
 
-/// One linear solve a step.
+/// A form with one linear solve a step.
 const LINEARISED: &str = "midpoint:max_iterations=1,solver=cg,cg_tolerance=0.01";
 
-/// As before, with more iterations where the residual would add energy.
+/// The same form, with more iterations where the residual would add energy.
 const SAFEGUARDED: &str = "midpoint:max_iterations=1,safeguard=work,solver=cg,cg_tolerance=0.01";
 
 fn case(problem: &Problem<'_>) -> Expectation {

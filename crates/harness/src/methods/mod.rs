@@ -1,8 +1,8 @@
-//! From the id and settings on the command line to an integrator: the only place that knows every
-//! method's crate.
+//! The registry of methods: it makes an integrator from the id and settings on the command line.
+//! Only this module depends on the crate of every method.
 //!
-//! What is known of a method, and the forms in which studies run it, stand in one module a method
-//! or family. Studies that compare all methods ask this registry.
+//! Each method or family has one module, which holds its theory and the forms in which studies run
+//! it. Studies that compare all methods ask this registry.
 
 mod adams_bashforth;
 mod added;
@@ -50,25 +50,25 @@ pub(crate) use added::{identity, is_added, is_chosen, options};
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MethodError {
-    /// No such id.
+    /// No method has this id.
     #[error("no method `{id}`; expected one of: {known}")]
     Unknown {
-        /// What was given.
+        /// The id that was given.
         id: String,
         /// The known ids.
         known: String,
     },
-    /// A setting is not of the form `key=value`, and no preset either.
+    /// A setting is neither of the form `key=value` nor the name of a preset.
     #[error("{id}: setting `{text}`; expected key=value{presets}")]
     NotAPair {
         /// Method id.
         id: &'static str,
-        /// What was given.
+        /// The text that was given.
         text: String,
         /// The presets of the method, if it has any.
         presets: String,
     },
-    /// A method of that id is known already.
+    /// A method of that id exists already.
     #[error("a method has the id `{id}` already; expected another id for the method that is added")]
     Taken {
         /// The id.
@@ -80,7 +80,7 @@ pub enum MethodError {
         /// The id.
         id: String,
     },
-    /// A program does not say what it is.
+    /// A program does not describe its method.
     #[error("{0}")]
     Program(String),
     /// A setting was refused.
@@ -104,8 +104,7 @@ impl MethodError {
     }
 }
 
-/// The registry keeps this for each method: how it is built, what a lesson says of it, what theory
-/// says, which forms run.
+/// The entry of a method in the registry: its registration, lesson, theory and forms.
 #[derive(Debug)]
 struct Entry {
     registration: &'static Registration,
@@ -114,7 +113,7 @@ struct Entry {
     runs: Runs,
 }
 
-/// All methods, in the order in which they build on each other: one line a method.
+/// All methods, one a line, in the order in which they build on each other.
 static REGISTRY: &[&Entry] = &[
     &explicit_euler::ENTRY,
     &symplectic_euler::ENTRY,
@@ -149,24 +148,24 @@ static REGISTRY: &[&Entry] = &[
     &imex_rk::ENTRY,
 ];
 
-/// All methods that studies compare, in the order in which they build on each other; those that a
+/// All methods that studies compare, in the order in which they build on each other. Methods that a
 /// user added come last.
 pub fn all() -> impl Iterator<Item = &'static Method> {
     runs().map(|(method, _)| method)
 }
 
-/// What is known of the method of that id.
+/// The theory of the method of that id.
 pub(crate) fn theory_of(id: &str) -> Option<&'static Theory> {
     find(id).map(|entry| &entry.theory)
 }
 
-/// All methods that studies compare with the forms that they run, in the same order.
+/// All methods that studies compare, each with its forms, in the same order.
 pub(crate) fn runs() -> impl Iterator<Item = (&'static Method, &'static Runs)> {
     let all = added::entries().map(|entry| (entry.registration.method, &entry.runs));
     all.filter(|(method, _)| is_chosen(method.id))
 }
 
-/// The methods that have a lesson, with it, in the same order.
+/// The methods that have a lesson, each with its lesson, in the same order.
 pub(crate) fn taught() -> impl Iterator<Item = (&'static Method, &'static Lesson)> {
     added::entries().filter_map(|entry| Some((entry.registration.method, entry.lesson?)))
 }
@@ -181,13 +180,13 @@ fn find(id: &str) -> Option<&'static Entry> {
     known.or_else(|| added::called(id))
 }
 
-/// What is known of each method, in the same order.
+/// The theory of each method, in the same order.
 pub(crate) fn theories() -> impl Iterator<Item = &'static Theory> {
     added::entries().map(|entry| &entry.theory)
 }
 
-/// The id of a method and its settings, as a text names them: `id:key=value,…`. What follows
-/// `program:` is a command, and all of it is the id.
+/// The id of a method and its settings from a text such as `id:key=value,…`. A text that begins
+/// with `program:` names a command, and all of it is the id.
 pub(crate) fn parts(text: &str) -> (&str, &str) {
     if text.starts_with(drape_program::PREFIX) {
         return (text, "");
@@ -203,12 +202,13 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings from elsewhere.
-    /// The name of a [preset](crate::Preset) may stand first after the colon; what is given beside
-    /// it goes before it. `program:COMMAND` starts a program of the user, which says what it is.
+    /// Reads `id` or `id:key=value,key=value`, with further `key=value` settings in `more`. The
+    /// name of a [preset](crate::Preset) may stand first after the colon; settings beside it
+    /// override those of the preset. `program:COMMAND` starts a program of the user, which
+    /// describes its method.
     ///
     /// # Errors
-    /// [`MethodError`] naming what is known.
+    /// [`MethodError`] where the id or a setting is refused; it names the known ones.
     ///
     /// ```
     /// use drape_harness::methods::Choice;
@@ -250,13 +250,13 @@ impl Choice {
         self.entry.registration.method
     }
 
-    /// What is known of the method.
+    /// The theory of the method.
     pub(crate) fn theory(&self) -> &'static Theory {
         &self.entry.theory
     }
 
     /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit
-    /// its step exactly; other methods have a lower limit of their own.
+    /// its step exactly. Other methods have a lower limit of their own.
     pub fn has_exact_limit(&self) -> bool {
         self.theory().is_limited
     }
@@ -266,8 +266,8 @@ impl Choice {
         &self.settings
     }
 
-    /// Id with all settings, as [`parse`](Self::parse) reads it. The default split is left out:
-    /// only springs of several slopes notice. So are the time limits of a program.
+    /// The id with all settings, as [`parse`](Self::parse) reads it. It leaves out the default
+    /// split, which only matters to springs of several slopes, and the time limits of a program.
     pub fn full_id(&self) -> String {
         if self.method().id.starts_with(drape_program::PREFIX) {
             return self.method().id.to_owned();
@@ -285,8 +285,8 @@ impl Choice {
         }
     }
 
-    /// Whether results of this choice have the same bits on every machine: no library
-    /// factorisation takes part.
+    /// Whether results of this choice have the same bits on every machine, because no factorisation
+    /// of a library takes part.
     pub fn is_portable(&self) -> bool {
         (self.entry.registration.is_portable)(&self.settings)
     }
@@ -299,7 +299,7 @@ impl Choice {
     /// A new integrator.
     ///
     /// # Errors
-    /// [`SettingError`], if the method's own reader refuses what its declaration allowed.
+    /// [`SettingError`], if the method itself refuses a setting that its declaration allows.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
         (self.entry.registration.build)(&self.settings)
     }

@@ -11,7 +11,7 @@ use drape_oracle::recurrence::{impulse, spectral_radius};
 use drape_report::family::Kin;
 use nalgebra::Vector2;
 
-/// Its default.
+/// Its default number of fast steps in a step.
 const RATIO: u32 = 3;
 
 /// Its entry in the registry.
@@ -24,7 +24,7 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
-        // Where all springs are fast; slow ones bring resonance at √θ = π.
+        // This holds where all springs are fast. Slow springs bring resonance at √θ = π.
         forms: &[form("multirate")
             .limit(
                 "θ < 36 and η < 12, but near multiples of π in √θ beside slow springs",
@@ -39,11 +39,11 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// Tension springs alone set the limit; shear springs resonate with them.
+/// Only tension springs set the limit; shear springs resonate with them.
 fn case(problem: &Problem<'_>) -> Expectation {
     let growing = problem.growing(|theta, eta, state| {
         let [x, w, ..] = *state;
-        // Were all springs fast, the step would be stable for longer than it can be.
+        // Taking all springs as fast gives a limit above the true one.
         let new = impulse(theta, 0.0, eta, RATIO) * Vector2::new(x, w);
         *state = [new.x, new.y, 0.0, 0.0];
     });

@@ -19,7 +19,7 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |_| Matrix::None,
         divides: false,
         is_limited: true,
-        // The limit is that of springs within its elongation limit. A method that shortens springs
+        // The limit holds for springs within the elongation limit. A method that shortens springs
         // solves another equation, so it claims no order.
         forms: &[form("provot")
             .limit("θ + 2η < 4", |t, e| spectral_radius(&symplectic_euler(t, e)))

@@ -8,7 +8,7 @@ use crate::theory::{ALWAYS, Expectation, Problem, Theory, form, no_theorem};
 use drape_oracle::recurrence::{rkc2, spectral_radius};
 use drape_report::family::Kin;
 
-/// Stages of the form with fixed ones.
+/// Number of stages of the form with a fixed number.
 const STAGES: u32 = 6;
 
 /// Its entry in the registry.
@@ -22,7 +22,7 @@ pub(super) static ENTRY: Entry = Entry {
         divides: true,
         is_limited: false,
         forms: &[
-            // It divides a step until it is stable.
+            // The method divides a step until its parts are stable.
             form("rkc").limit(ALWAYS, |_, _| 1.0),
             form("rkc, 6 stages").limit("|P₆(z)| ≤ 1: η < 22.9, undamped never", |t, e| {
                 spectral_radius(&rkc2(STAGES, t, e))
@@ -42,7 +42,7 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// With one number of stages.
+/// The form with a fixed number of stages.
 const FIXED: &[Variant] =
     &[Variant::new("rkc", "rkc"), Variant::new("rkc, 6 stages", "rkc:step=fixed,stages=6")];
 

@@ -41,7 +41,7 @@ pub(super) static ENTRY: Entry = Entry {
                 .limit(ALWAYS, |t, e| radius(&ROS34PW2, t, e))
                 .order(Some(3)),
             form("rosenbrock, rodas4").limit(ALWAYS, |t, e| radius(&RODAS4, t, e)).order(Some(4)),
-            // Springs of rest length 0 are never compressed: the Jacobian is the same.
+            // Springs of rest length 0 are never compressed, so the Jacobian is the same.
             form("rosenbrock, ros34pw2, clamped")
                 .limit(ALWAYS, |t, e| radius(&ROS34PW2, t, e))
                 .order(Some(3)),

@@ -1,8 +1,9 @@
 //! The forms of a method that the studies run.
 //!
-//! A study that compares all methods asks each for its forms. A method that names none runs at its
-//! defaults, under its id, so a new method needs no entry here to be compared. Studies of single
-//! properties (a spring that locks, the bill of effects) run the methods that ask for it.
+//! A study that compares all methods asks each method for its forms. A method that names none runs
+//! at its defaults, under its id, so a new method takes part without an entry here. Studies of
+//! single properties (a spring that locks, the cost of effects) run only the methods that ask for
+//! it.
 
 use crate::presets::Preset;
 use crate::theory::LoadLaw;
@@ -22,34 +23,34 @@ impl Variant {
     }
 }
 
-/// Whether the method's statement of what it conserves is meant for a form.
+/// Whether a form conserves what its method states that it conserves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Keeps {
     AsStated,
-    /// It is solved loosely, or treats momentum differently.
+    /// Not necessarily: it is solved loosely, or treats momentum differently.
     Otherwise,
 }
 
-/// With which steps the study of locking runs a form.
+/// The steps with which the study `locking` runs a form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Steps {
     All,
-    /// The four longest: a step factorises several times.
+    /// The four longest, because a step factorises several times.
     Long,
-    /// The longest only.
+    /// The longest one.
     One,
 }
 
-/// How many calls of a form the study of animation makes in a frame.
+/// How many calls of a form the study `animation` makes in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Substeps {
     /// A few, from one on.
     Ladder,
-    /// As few as keep it stable: stiffness limits its step.
+    /// As few as keep it stable, because stiffness limits its step.
     Limit,
 }
 
-/// A form in the study of animation.
+/// A form in the study `animation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Film {
     pub(crate) form: Variant,
@@ -57,18 +58,18 @@ pub(crate) struct Film {
 }
 
 impl Film {
-    /// Stiffness does not limit its step.
+    /// A form whose step stiffness does not limit.
     pub(crate) const fn ladder(label: &'static str, method: &'static str) -> Self {
         Self { form: Variant::new(label, method), substeps: Substeps::Ladder }
     }
 
-    /// Stiffness limits its step.
+    /// A form whose step stiffness limits.
     pub(crate) const fn limit(label: &'static str, method: &'static str) -> Self {
         Self { form: Variant::new(label, method), substeps: Substeps::Limit }
     }
 }
 
-/// A form in the study of scaling.
+/// A form in the study `scaling`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contender {
     pub(crate) label: &'static str,
@@ -78,7 +79,7 @@ pub(crate) struct Contender {
 }
 
 impl Contender {
-    /// On meshes on which a step of any method takes no more than seconds.
+    /// A form on the usual meshes, on which a step of any method takes no more than seconds.
     pub(crate) const fn usual(form: Variant) -> Self {
         Self { label: form.label, method: form.method, largest: 52 }
     }
@@ -89,30 +90,30 @@ impl Contender {
 pub(crate) struct Runs {
     /// Settings that a user can call by a name.
     pub(crate) presets: &'static [Preset],
-    /// Solved so tightly that the error of the step shows.
+    /// Forms solved so tightly that the error of the step shows.
     pub(crate) order: &'static [Variant],
     pub(crate) energy: &'static [Variant],
     pub(crate) momentum: &'static [(Variant, Keeps)],
     /// Forms with limits of their own: as published, of other orders, solved exactly.
     pub(crate) stability: &'static [Variant],
     pub(crate) hard_cases: &'static [Variant],
-    /// Solved tightly.
+    /// Forms solved tightly, each with its steps.
     pub(crate) locking: &'static [(Variant, Steps)],
     /// The law of a single spring that is loaded across itself, where one is known.
     pub(crate) locked_spring: &'static [(Variant, LoadLaw)],
     pub(crate) work_precision: &'static [work::Variant],
-    /// The first stands for the method in scenes that are too dear for all forms.
+    /// The first form stands for the method in scenes that are too expensive for all forms.
     pub(crate) animation: &'static [Film],
-    /// Named where larger meshes than [usual](Contender::usual) serve, or not even these.
+    /// Forms whose largest mesh is not the [usual](Contender::usual) one.
     pub(crate) scaling: &'static [Contender],
-    /// Whether the study of effects takes times with it.
+    /// Whether the study `effects` measures times with this method.
     pub(crate) are_effects_timed: bool,
-    /// Whether it is in the quick subset of the study of effects.
+    /// Whether the method is in the quick subset of the study `effects`.
     pub(crate) are_effects_quick: bool,
 }
 
 impl Runs {
-    /// The method at its defaults in all studies that compare all methods.
+    /// A method that runs at its defaults in all studies that compare all methods.
     pub(crate) const DEFAULTS: Self = Self {
         presets: &[],
         order: &[],
@@ -130,32 +131,32 @@ impl Runs {
     };
 }
 
-/// Forms in the study of work and precision.
+/// Forms in the study `work-precision`.
 pub(crate) mod work {
-    /// What differs between the runs of a form.
+    /// The parameter that varies between the runs of a form.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub(crate) enum Knob {
         /// The number of steps, doubled from run to run.
         Steps,
-        /// A setting of the method, which divides the steps that it is given: its name and values,
-        /// coarsest first.
+        /// A setting of a method that divides the given steps by itself: its name, and its values,
+        /// the coarsest first.
         Setting(&'static str, &'static [f64]),
         /// The tolerance of the adaptive method of a library.
         Library(&'static [f64]),
     }
 
-    /// Where a form is run.
+    /// The series of the study in which a form is run.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub(crate) enum Scope {
-        /// Everywhere, all its runs timed; it stands in the headline figure.
+        /// All series, with all runs timed; the form stands in the headline figure.
         Headline,
-        /// Everywhere.
+        /// All series.
         Main,
-        /// In the series over the stiffness with light damping only.
+        /// Only the series over the stiffness with light damping.
         Extra,
     }
 
-    /// A method in certain settings, with a knob.
+    /// A method in certain settings, with the parameter that varies.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub(crate) struct Variant {
         /// Short name for tables and legends.
@@ -171,13 +172,13 @@ pub(crate) mod work {
             Self { label, method, knob: Knob::Steps, scope }
         }
 
-        /// With another knob than the number of steps.
+        /// The same form, with another parameter than the number of steps.
         pub(crate) const fn knob(self, knob: Knob) -> Self {
             Self { knob, ..self }
         }
     }
 
-    /// Local error of positions that a method under step size control may make, in mesh widths.
+    /// Tolerances on the local error of positions, in mesh widths, under step size control.
     const LOCAL_ERRORS: &[f64] = &[1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001];
 
     pub(crate) const fn headline(label: &'static str, method: &'static str) -> Variant {

@@ -14,7 +14,7 @@ use drape_oracle::recurrence::{spectral_radius, srkn4};
 use drape_report::family::Kin;
 use nalgebra::Vector2;
 
-/// Terms of the series of its damped kicks.
+/// Number of terms in the series of its damped kicks.
 const TERMS: u32 = 5;
 
 /// Its entry in the registry.
@@ -51,7 +51,7 @@ pub(super) static ENTRY: Entry = Entry {
     },
 };
 
-/// Substep over the stability limit.
+/// Length of a substep over the stability limit.
 const SAFETIES: &[f64] = &[0.95, 0.7, 0.5, 0.25, 0.125];
 
 fn case(problem: &Problem<'_>) -> Expectation {

@@ -27,7 +27,8 @@ pub(super) static ENTRY: Entry = Entry {
             form("terzopoulos-fleischer")
                 .limit(ALWAYS, |t, e| spectral_radius(&terzopoulos_fleischer(t, e)))
                 .spin(|theta, before, _| spin::terzopoulos_fleischer(theta, 0.0, before)),
-            // Weights that are cut off in compression make another equation: no order is claimed.
+            // Weights that are cut off in compression solve another equation, so it claims no
+            // order.
             form("terzopoulos-fleischer, clamped")
                 .spin(|theta, before, _| spin::terzopoulos_fleischer(theta, 0.0, before.min(1.0)))
                 .order(None),
@@ -50,7 +51,8 @@ pub(super) static ENTRY: Entry = Entry {
 };
 
 /// Its force `−k (1 − ℓ/L_n) d_{n+1}` is implicit in the secant stiffness only. Along the spring,
-/// `L_n` adds an explicit part, which is everything near the rest length. The damping is centred.
+/// `L_n` adds an explicit part, and near the rest length this part is the whole force. The damping
+/// is centred.
 const SECANT: Factors = Factors {
     implicit: Weights { tangent: -1.0, secant: 2.0, ..Weights::NONE },
     ..Factors::ONE_STEP

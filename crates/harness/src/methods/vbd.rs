@@ -18,8 +18,8 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
-        // A single particle on a spring is one block, which a sweep solves. The law of spin holds
-        // where the sweeps of two particles converge, so none is stated here.
+        // A single particle on a spring is one block, which a sweep solves. A law of spin would
+        // hold only where the sweeps of two particles converge, so none is stated here.
         forms: &[
             form("vbd").limit(ALWAYS, |t, e| spectral_radius(&backward_euler(t, e))),
             form("vbd, 100 sweeps"),

@@ -27,7 +27,7 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
-        // One spring, which a sweep solves exactly. A net is not solved, and may gain energy.
+        // A sweep solves one spring exactly. It does not solve a net, which may gain energy.
         forms: &[
             form("xpbd").limit(ALWAYS, |t, e| spectral_radius(&xpbd(t, e, SUBSTEPS))),
             form("xpbd, one substep")

@@ -27,8 +27,8 @@ pub(super) static ENTRY: Entry = Entry {
         matrix: |_| Matrix::None,
         divides: false,
         is_limited: false,
-        // One spring, which a sweep solves but for its damping. Families of lines are not solved
-        // together, and may gain energy.
+        // A sweep solves one spring, apart from its damping. It does not solve families of lines
+        // together, and these may gain energy.
         forms: &[
             form("xpbd-lines").limit(ALWAYS, |t, e| {
                 let n = f64::from(SUBSTEPS);

@@ -16,7 +16,8 @@ use std::time::Instant;
 /// Most samples in a run's series.
 const MAX_SAMPLES: u64 = 1000;
 
-/// The message for a refused matrix. Its row may be that of a particle or of a coordinate.
+/// The message for a refused matrix. The row that it names may belong to a particle or to a
+/// coordinate.
 fn refusal(error: &StepError, numbering: &Numbering) -> String {
     if numbering.is_identity() {
         error.to_string()
@@ -26,7 +27,7 @@ fn refusal(error: &StepError, numbering: &Numbering) -> String {
 }
 
 impl Outcome {
-    /// Takes up the end of a step of a system of so many particles and springs.
+    /// Adds the report of a step of a system with so many particles and springs.
     fn count(&mut self, step: u64, report: &StepReport, (particles, springs): (usize, usize)) {
         add(&mut self.totals, report);
         self.steps = step;
@@ -76,7 +77,7 @@ fn springs(system: &System) -> usize {
     springs
 }
 
-/// What a run is to do, checked.
+/// The plan of a run, checked.
 #[derive(Debug)]
 pub(super) struct Plan {
     schedule: Schedule,
@@ -106,7 +107,7 @@ pub(crate) struct Progress {
     steps: u64,
     /// Time at its start, s.
     start: f64,
-    /// Changes of the schedule that were made.
+    /// Number of changes of the schedule that were made.
     changed: usize,
     outside_work: f64,
     clock: PhaseClock,
@@ -119,7 +120,7 @@ pub(crate) struct Progress {
     size: (usize, usize),
     /// The state before the step, for the ledger.
     before: Option<State>,
-    /// Kept where a series is recorded: JSON knows no infinity.
+    /// The last finite state. It is kept where a series is recorded, since JSON has no infinity.
     last_finite: Option<State>,
     outcome: Outcome,
     is_over: bool,
@@ -162,7 +163,7 @@ impl Progress {
         })
     }
 
-    /// Takes a step, shows its end to `look`, which says whether the run ends there, and returns
+    /// Takes a step and shows its end to `look`, which decides whether the run ends there. Returns
     /// whether another step follows.
     ///
     /// # Errors
@@ -241,7 +242,7 @@ impl Progress {
         self.changed = due;
     }
 
-    /// A step that was not taken: a result, or an error.
+    /// Handles a step that could not be taken, which is a result or an error.
     fn fail(
         &mut self,
         step: u64,
@@ -250,9 +251,9 @@ impl Progress {
         numbering: &Numbering,
     ) -> Result<(), HarnessError> {
         let (criterion, is_outside) = match error {
-            // Blow-up is a result: no matrix can be set up from such numbers.
+            // A blow-up is a result: the matrix of such numbers cannot be set up.
             StepError::Solver(_) => (refusal(&error, numbering), false),
-            // The run ends, and what was recorded until then is kept.
+            // The run ends and keeps its records.
             StepError::Outside(criterion) => (criterion, true),
             // A step of more substeps than the method takes would exceed any budget.
             StepError::TooManySubsteps { .. } if self.budget.is_some() => {
@@ -265,7 +266,7 @@ impl Progress {
         Ok(())
     }
 
-    /// What came of the steps.
+    /// The outcome of the steps.
     pub(crate) fn end(self) -> Outcome {
         let Self { mut outcome, clock, has_phases, .. } = self;
         outcome.totals.seconds = outcome.wall.as_secs_f64();

@@ -1,4 +1,4 @@
-//! The systems from which runs start, while somebody asks.
+//! Records the systems from which runs start, while [`watch`] is at work.
 
 use super::Simulation;
 use crate::system_hash;
@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// What was seen, by hash; `None` while nobody asks.
+/// The recorded systems, by hash; `None` while nothing is recorded.
 static SEEN: Mutex<Option<BTreeMap<String, SystemSpec>>> = Mutex::new(None);
 
-/// Whether somebody asks: one word for the runs that nobody watches.
+/// Whether systems are recorded. A run that is not watched reads only this flag.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// A run starts. Systems that cannot be frozen are left out.
+/// Records the system from which a run starts. Leaves out systems that cannot be frozen.
 pub(crate) fn starts_from(simulation: &Simulation) {
     if !IS_ASKED.load(Ordering::Relaxed) {
         return;
@@ -25,8 +25,8 @@ pub(crate) fn starts_from(simulation: &Simulation) {
     }
 }
 
-/// Does some work and returns the systems from which runs started meanwhile, on any thread: the
-/// smallest first. Runs of the same system in another order of its particles count apart.
+/// Does some work, and returns the systems from which runs started meanwhile on any thread, the
+/// smallest first. A system in another order of its particles counts as another system.
 pub(crate) fn watch<T>(work: impl FnOnce() -> T) -> (T, Vec<SystemSpec>) {
     let set = |seen| {
         let is_asked = Option::is_some(&seen);

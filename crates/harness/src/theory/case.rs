@@ -1,15 +1,15 @@
-//! What theory says about a method on a case, from the scene and the settings alone.
+//! The prediction of theory for a method on a case, from the scene and the settings alone.
 //!
-//! Most rules were written before the methods ran here. Three were derived after first runs had
-//! failed, so they explain and do not predict: the secant method, explicit springs beside
-//! Baraff-Witkin and the two-step methods, and drag in divided steps of leapfrog.
+//! Most rules were written before the methods ran here. Three rules were derived after first runs
+//! had failed, so they explain and do not predict: for the secant method, for explicit springs
+//! beside Baraff-Witkin and the two-step methods, and for drag in divided steps of leapfrog.
 
 use super::linear::{Factors, Linear, Problem, Weights};
 use crate::studies::hard_cases::facts::{Expected, NOTHING_MOVES};
 use crate::studies::short;
 use drape_integrator::Implicit;
 
-/// What a method should do, and why.
+/// The expected behaviour of a method, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Expectation {
     pub(crate) kind: Expected,
@@ -32,7 +32,7 @@ pub(crate) fn no_theorem(reason: impl Into<String>) -> Expectation {
     Expectation { kind: Expected::NoTheorem, reason: reason.into() }
 }
 
-/// What theory says.
+/// The prediction of theory for a problem.
 pub(crate) fn expectation(problem: &Problem<'_>) -> Expectation {
     if !problem.has_moving_springs() && !problem.has_contacts() {
         return stable(NOTHING_MOVES);
@@ -50,14 +50,14 @@ pub(crate) fn expectation(problem: &Problem<'_>) -> Expectation {
 pub(crate) const PUSHING: &str = "contacts that push out do work";
 pub(crate) const TURNING: &str = "nothing is proved for springs that turn";
 
-/// In words: the bounds on the fastest mode.
+/// The bounds on the fastest mode, in words.
 pub(crate) fn limit(problem: &Problem<'_>) -> String {
     let (_, h) = problem.steps();
     let (stiffness, damping) = problem.bounds();
     format!("h²λ ≤ {}, hδ ≤ {}", short(h * h * stiffness), short(h * damping))
 }
 
-/// A method that takes all springs at the old level.
+/// The prediction for a method that takes all springs at the old level.
 pub(crate) fn explicit(problem: &Problem<'_>, condition: &str, factors: &Factors) -> Expectation {
     let limit = limit(problem);
     match problem.analyse(None, factors) {
@@ -78,8 +78,8 @@ const BESIDE_EXPLICIT: Factors = Factors {
     ..Factors::ONE_STEP
 };
 
-/// Methods with the tangent of their implicit springs in the matrix and explicit springs beside
-/// them.
+/// The prediction for methods that have the tangent of their implicit springs in the matrix, and
+/// explicit springs beside them.
 pub(crate) fn beside_explicit(problem: &Problem<'_>, implicit: Implicit) -> Expectation {
     match problem.analyse(Some(implicit), &BESIDE_EXPLICIT) {
         Linear::Nowhere => unstable(
@@ -100,7 +100,7 @@ pub(crate) fn implicit(problem: &Problem<'_>) -> Implicit {
     }
 }
 
-/// Near an equilibrium linear theory is the whole truth.
+/// Near an equilibrium, linear theory decides alone.
 pub(crate) fn at_rest_or(problem: &Problem<'_>, reason: &str) -> Expectation {
     if problem.is_at_rest {
         stable(

@@ -1,14 +1,14 @@
-//! How a form is written down.
+//! Helpers for the theory of a form.
 //!
-//! Limits are those of springs of rest length 0, whose forces are linear; they come from the
-//! recurrences of the oracle, as do the laws of spin.
+//! Limits hold for springs of rest length 0, whose forces are linear. The limits and the laws of
+//! spin come from the recurrences of the oracle.
 
 use super::{Form, Limit, Radius, SpinLaw};
 
 /// The rule of a method that is stable at every step.
 pub(crate) const ALWAYS: &str = "every θ and η";
 
-/// A form of which only the label is known.
+/// A form with a label alone, without any theory.
 pub(crate) const fn form(label: &'static str) -> Form {
     Form { label, limit: None, spin: None, order: None }
 }

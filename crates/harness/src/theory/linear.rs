@@ -1,10 +1,10 @@
 //! Linear stability of a method on a case.
 //!
 //! With frozen tangents, `M x'' = −K x − C x'`, a method with constant coefficients has solutions
-//! `ζⁿ u` with `P(ζ) u = 0`, where `P` is a polynomial of matrices. For real `ζ → −∞` it is
-//! positive definite. If it is not so at `ζ = −1`, a root lies beyond, `ζ < −1`, and the step is
-//! unstable. The tangent of a spring never exceeds its stiffness, `K ≤ L_k`. So if `P(−1)` is
-//! positive definite with `L_k` in place of `K`, it is so at every state.
+//! `ζⁿ u` with `P(ζ) u = 0`, where `P` is a polynomial of matrices. For real `ζ → −∞`, `P(ζ)` is
+//! positive definite. If `P(−1)` is not, some root lies beyond, `ζ < −1`, and the step is unstable.
+//! The tangent of a spring never exceeds its stiffness, `K ≤ L_k`. So if `P(−1)` is positive
+//! definite with `L_k` in place of `K`, it is positive definite at every state.
 //!
 //! A one-step method that takes `L_I` and `C_I` at the new level and the rest at the old one obeys
 //! `(M + h² L_I + h C_I)(x_{n+1} − x_n) = (M − h C_E)(x_n − x_{n−1}) − h² K x_n`, hence
@@ -20,12 +20,12 @@ use drape_integrator::{Implicit, LargestEigenvalue, hold_pins};
 use drape_model::{BlockSink, Effect, Level, Mat3, SpringEffect, System, Tangent, Vec3};
 use drape_solvers::{BlockFactor, BlockMatrix, Constraints, FactorKind};
 
-/// Instability is predicted beyond this factor of the limit: closer to it, growth is slow.
+/// Instability is predicted beyond this factor of the limit. Closer to the limit, growth is slow.
 const MARGIN: f64 = 1.01;
-/// Growth of the fastest mode over the run from which on nobody can miss it.
+/// Growth of the fastest mode over the run that is certainly visible.
 const VISIBLE: f64 = 1e6;
-/// Least factor of the masses. Without them `P(−1)` is only semi-definite on motions that stretch
-/// no spring.
+/// Least factor of the masses. Without the masses, `P(−1)` would only be semi-definite on motions
+/// that stretch no spring.
 const LEAST_MASS: f64 = 1e-6;
 /// Matrix products for the largest eigenvalue.
 const PRODUCTS: usize = 100;
@@ -43,13 +43,13 @@ pub(crate) struct Problem<'a> {
 /// Factors of an effect's matrices in `P(−1)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Weights {
-    /// Of `h²` times the tangent stiffness `K`.
+    /// Factor of `h²` times the tangent stiffness `K`.
     pub(crate) tangent: f64,
-    /// Of `h²` times the Laplacian `L_k` of the stiffness.
+    /// Factor of `h²` times the Laplacian `L_k` of the stiffness.
     pub(crate) laplacian: f64,
-    /// Of `h²` times the Laplacian of the secant stiffness `k (1 − ℓ/L)`.
+    /// Factor of `h²` times the Laplacian of the secant stiffness `k (1 − ℓ/L)`.
     pub(crate) secant: f64,
-    /// Of `h` times the damping.
+    /// Factor of `h` times the damping.
     pub(crate) damping: f64,
 }
 
@@ -57,26 +57,27 @@ impl Weights {
     pub(crate) const NONE: Self = Self { tangent: 0.0, laplacian: 0.0, secant: 0.0, damping: 0.0 };
 }
 
-/// `P(−1)` of a method.
+/// The factors in `P(−1)` of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Factors {
-    /// Of the masses.
+    /// Factor of the masses.
     pub(crate) mass: f64,
-    /// Of the springs that are implicit.
+    /// Factors of the implicit springs.
     pub(crate) implicit: Weights,
-    /// Of the others.
+    /// Factors of the explicit springs.
     pub(crate) explicit: Weights,
 }
 
 impl Factors {
-    /// Of the one-step method: implicit springs with their whole Laplacian at the new level.
+    /// The factors of the one-step method that takes implicit springs with their whole Laplacian at
+    /// the new level.
     pub(crate) const ONE_STEP: Self = Self {
         mass: 4.0,
         implicit: Weights { tangent: -1.0, laplacian: 2.0, damping: 2.0, ..Weights::NONE },
         explicit: Weights { tangent: -1.0, damping: -2.0, ..Weights::NONE },
     };
 
-    /// Of the two-step method with these polynomials at −1.
+    /// The factors of the two-step method whose polynomials have these values at −1.
     pub(crate) const fn two_step(a: f64, b: f64, c: f64) -> Self {
         let tangent = b * c;
         let implicit =
@@ -86,14 +87,14 @@ impl Factors {
     }
 }
 
-/// What the linear analysis says.
+/// The result of the linear analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Linear {
     /// No root leaves through −1, whatever the state.
     Everywhere,
     /// A root has left at the start.
     Nowhere,
-    /// None at the start, but perhaps at other states.
+    /// No root has left at the start, but a root may leave at another state.
     Somewhere,
 }
 
@@ -137,14 +138,15 @@ impl Problem<'_> {
         let mut system = self.system().clone();
         let factor = self.schedule.greatest_stiffness();
         for effect in SpringEffect::ALL {
-            // An effect that the scene does not name has nothing to be changed.
+            // An effect that the scene does not name has nothing to change.
             let _named = system.scale_stiffness(effect, factor);
         }
         system
     }
 
-    /// A lower bound of `hδ` of the drag at the start (Rayleigh's quotient), if the method takes
-    /// drag at the old velocity. A method that divides its steps does so by the stiffness alone.
+    /// A lower bound of `hδ` of the drag at the start, by Rayleigh's quotient, if the method takes
+    /// drag at the old velocity. A method that divides its steps divides them by the stiffness
+    /// alone.
     pub(crate) fn explicit_drag(&self) -> Option<f64> {
         let (system, settings) = (self.system(), self.choice.settings());
         let method = self.choice.method();
@@ -175,7 +177,7 @@ impl Problem<'_> {
         crate::stability::gershgorin(&self.stiffest())
     }
 
-    /// Analyses a method that takes the springs of `implicit` (none: all explicit).
+    /// Analyses a method that takes the springs of `implicit` at the new level; `None`: no springs.
     pub(crate) fn analyse(&self, implicit: Option<Implicit>, factors: &Factors) -> Linear {
         let (least, greatest) = self.steps();
         let of = |effect: &dyn Effect| match implicit {
@@ -186,7 +188,7 @@ impl Problem<'_> {
         let is_definite = |h: f64, weights: &dyn Fn(&dyn Effect) -> Weights| {
             is_definite(&system, &self.simulation.state.x, h, factors.mass, weights)
         };
-        // Nothing bounds a secant stiffness, or a tangent that helps, from below.
+        // A secant stiffness has no lower bound, nor does a tangent with a positive factor.
         let is_bounded = |w: Weights| w.tangent <= 0.0 && w.secant == 0.0;
         let at_every_state = |effect: &dyn Effect| {
             let w = of(effect);
@@ -207,8 +209,8 @@ impl Problem<'_> {
         }
     }
 
-    /// A lower bound of `θ = h²λ` of the stiffest mode at the start, if that mode grows visibly
-    /// over the run whatever its share of the damping. `step(θ, η, state)` is the method's
+    /// A lower bound of `θ = h²λ` of the stiffest mode at the start. `None` unless that mode grows
+    /// visibly over the run with any share of the damping. `step(θ, η, state)` is the method's
     /// recurrence on the oscillator `x'' = −κx − δx'`; the state begins with `x` and `w = hv`.
     pub(crate) fn growing(&self, step: impl Fn(f64, f64, &mut [f64; 4])) -> Option<f64> {
         let system = self.stiffest();

@@ -1,25 +1,27 @@
 //! The motion of a single spring that is loaded across itself, where the law of locking has a
 //! closed form.
 //!
-//! The spring pulls along `d`, so that it falls out of the angular momentum `J = d × v` over the
-//! mass, and so does what is added to `d` along `v'`. IMEX Euler gives
-//! `J' = (J + h d × a)/(1 + θ)`, `θ = h²k/m`, at any amplitude; Desbrun and Kang, whose filter
-//! passes the load, `J' = J/(1 + θ) + h d × a`. From rest, and while the deflection is small, the
-//! speed after `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, `q = 1/(1 + θ)`, or that without the
-//! first `q`: it tends to `a/(hκ)`, or to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends
-//! after `N` passes adds the share `1 − (θ/(1 + θ))ᴺ` of `ha` in each step: its fall is slowed
-//! down, but does not end. Backward Euler adds all of it.
+//! Let `J = d × v` be the angular momentum over the mass. The spring pulls along `d`, so its force
+//! does not change `J`. Nor does the part along `v'` that a step adds to `d`. With `θ = h²k/m`,
+//! IMEX Euler gives `J' = (J + h d × a)/(1 + θ)` at any amplitude. The filter of Desbrun and of
+//! Kang lets the load pass, so these methods give `J' = J/(1 + θ) + h d × a`.
+//!
+//! Let `q = 1/(1 + θ)`. From rest, and while the deflection is small, the speed of IMEX Euler after
+//! `n` steps is thus `h a q (1 − qⁿ)/(1 − q)`, which tends to `a/(hκ)`. Desbrun and Kang lack the
+//! first `q`, and their speed tends to `a/(hκ) + ha`. Updated CG that starts at `v_n` and ends
+//! after `N` passes adds the share `1 − (θ/(1 + θ))ᴺ` of `ha` in each step. This slows its fall
+//! down, but does not end it. Backward Euler adds all of `ha`.
 
-/// How a method answers to the load.
+/// The response of a method to the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum LoadLaw {
-    /// The load passes the filter with the rest.
+    /// The filter acts on the load and all other forces.
     Filtered,
-    /// The load is added behind the filter.
+    /// The load is added after the filter.
     Unfiltered,
-    /// So many passes from the velocity of the last step.
+    /// The method makes so many passes from the velocity of the last step.
     Passes(i32),
-    /// As if there were no spring.
+    /// The particle moves as if it had no spring.
     Free,
 }
 
@@ -37,7 +39,8 @@ impl LoadLaw {
         }
     }
 
-    /// The angular momentum after a step, from that before and what the load adds to it.
+    /// The angular momentum after a step, from that before the step and the part that the load
+    /// adds.
     pub(crate) fn follow(self, theta: f64, before: f64, load: f64) -> Option<f64> {
         match self {
             Self::Filtered => Some((before + load) / (1.0 + theta)),

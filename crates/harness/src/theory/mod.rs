@@ -1,5 +1,5 @@
-//! What is known of each method without running it: one table, which hard cases, the stability
-//! atlas, the order study, the momentum study and tests read.
+//! The theory of each method: its properties that are known without a run. Hard cases, the
+//! stability atlas, the order study, the momentum study and tests read this one table.
 //!
 //! A method's [`Theory`] stands in the module of its name ([`crate::methods`]).
 
@@ -24,17 +24,17 @@ use drape_report::family::Kin;
 /// A spectral radius above 1 by no more than this is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// What a step multiplies the motion by in the long run, from `θ = h²κ` and `η = hδ`.
+/// The factor by which a step multiplies the motion in the long run, from `θ = h²κ` and `η = hδ`.
 pub(crate) type Radius = fn(theta: f64, eta: f64) -> f64;
 
-/// Factor by which a step multiplies the angular momentum of two undamped particles, from `θ` and
-/// the rest length over the length before and after the step.
+/// Factor by which a step multiplies the angular momentum of two undamped particles. Its arguments
+/// are `θ`, and the rest length over the length before and after the step.
 pub(crate) type SpinLaw = fn(theta: f64, before: f64, after: f64) -> f64;
 
-/// What is known of a method.
+/// The theory of a method.
 #[derive(Debug)]
 pub(crate) struct Theory {
-    /// What it should do on a hard case.
+    /// Its expected behaviour on a hard case.
     pub(crate) case: fn(&Problem<'_>) -> Expectation,
     /// The panel of figures in which its curves stand.
     pub(crate) kin: Kin,
@@ -43,7 +43,7 @@ pub(crate) struct Theory {
     /// Whether it divides a step by itself, unless its setting `step` is `fixed`.
     pub(crate) divides: bool,
     /// Whether the numbers of its explicit effects ([`drape_integrator::ExplicitNumbers`]) limit
-    /// its step exactly; other methods have a lower limit of their own.
+    /// its step exactly. Other methods have a lower limit of their own.
     pub(crate) is_limited: bool,
     /// Its forms. The label of the form at default settings is the method's id.
     pub(crate) forms: &'static [Form],
@@ -54,18 +54,19 @@ pub(crate) struct Theory {
 pub(crate) struct Form {
     /// Short name for tables and legends.
     pub(crate) label: &'static str,
-    /// When a step is stable on springs of rest length 0.
+    /// The limit of the step on springs of rest length 0.
     pub(crate) limit: Option<Limit>,
-    /// What it does to the spin of two particles on a spring.
+    /// Its effect on the spin of two particles on a spring.
     pub(crate) spin: Option<SpinLaw>,
-    /// Its order, where that is not the one that the method states; inside, `None` claims no order.
+    /// Its order, where it differs from the order that the method states. `Some(None)` claims no
+    /// order.
     pub(crate) order: Option<Option<u32>>,
 }
 
-/// The closed form of a form on the oscillator.
+/// The stability limit of a form on the oscillator, in closed form.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limit {
-    /// When a step is stable, in words.
+    /// The condition for a stable step, in words.
     pub(crate) rule: &'static str,
     /// The spectral radius.
     pub(crate) radius: Radius,

@@ -16,7 +16,7 @@ export interface State {
 
 const NUMBERS = ["stiffness", "damping", "step", "duration", "particles", "gravity"] as const;
 
-/** What the lab opens with: one method explodes, one stands still, one falls. */
+/** The set-up with which the lab opens: one method explodes, one stands still, one falls. */
 export function opening(): State {
   const pane = (method: string): Setup => ({
     scene: "hanging-textile-1e6",
@@ -34,8 +34,8 @@ export function opening(): State {
 }
 
 /**
- * One `pane` for each pane, with what differs from the scene in it; `rate`, `wait`, `ghost` and `keep`
- * beside them. Of a scene from a file it holds the name alone.
+ * One `pane` for each pane, with the values that differ from its scene, and `rate`, `wait`, `ghost`
+ * and `keep`. Of a scene from a file the text holds only the name.
  */
 export function write(state: State): string {
   const query = new URLSearchParams();
@@ -66,8 +66,8 @@ function decoded(text: string): string {
 }
 
 /**
- * Reads what `write` wrote; undefined if the text names neither panes nor a lesson. A lesson without
- * panes opens its own.
+ * Reads a text that `write` wrote; undefined if it names neither panes nor a lesson. A lesson
+ * without panes opens its own panes.
  */
 export function read(text: string): State | undefined {
   const query = new URLSearchParams(text.replace(/^#/, ""));

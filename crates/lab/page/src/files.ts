@@ -3,7 +3,7 @@
 
 import type { Limits } from "./messages";
 
-/** What stands before the name of a file where the name of a scene is expected. */
+/** Prefix of a file's name where the name of a scene is expected. */
 export const PREFIX = "file:";
 
 /** A file as a message: the length of its name, the name, the content. */

@@ -1,5 +1,5 @@
-// Knobs: the same ones for all panes together and for each pane. Those of the methods follow from
-// the settings that each method declares.
+// Knobs: one set for all panes together, and the same set for each pane. The knobs of methods
+// follow from the settings that each method declares.
 
 import { make, short } from "./dom";
 import type { Hello, Range, SceneChoice, SettingChoice, Setup } from "./messages";
@@ -81,8 +81,8 @@ function labelled(label: string, input: HTMLElement, more: Node[] = [], kind = "
 }
 
 /**
- * Knobs for some panes. `change` is called with what a person asks for, `complain` with
- * a sentence if a value is out of its range. Knobs for all panes fold the settings of the methods.
+ * Knobs for some panes. They call `change` with a person's change, and `complain` with a sentence
+ * if a value is out of its range. Knobs for all panes fold the settings of the methods.
  */
 export function knobs(
   hello: Hello,

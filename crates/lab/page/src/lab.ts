@@ -183,7 +183,7 @@ class Lab {
     say(this.message, sentence);
   }
 
-  /** Says what is no fault. */
+  /** Shows a notice that reports no fault. */
   private inform(sentence: string): void {
     this.message.className = "help";
     say(this.message, sentence);
@@ -248,7 +248,7 @@ class Lab {
         this.hello = reply;
         if (this.message.textContent?.startsWith("The lab does not answer")) this.complain("");
         this.lessons.forget();
-        // A server that was started anew knows no files.
+        // A server that was started anew has no files.
         this.awaited = this.files.giveAll((bytes) => this.link.bytes(bytes));
         this.isAgain = true;
         if (this.awaited === undefined) this.begin();

@@ -3,7 +3,7 @@
 import { button, make, say, short } from "./dom";
 import type { Lesson, LessonReply, LessonRequest, Setup } from "./messages";
 
-/** Size of the curve, in units of its own. */
+/** Size of the curve, in its own units. */
 const WIDE = 320;
 const HIGH = 150;
 const EDGE = { left: 34, right: 8, top: 8, bottom: 26 };
@@ -139,7 +139,7 @@ export class Lessons {
     this.select.focus();
   }
 
-  /** After the server was lost, what it has not told must be asked for again. */
+  /** After the server was lost, the panel asks again for all messages that it still needs. */
   forget(): void {
     this.hasList = false;
   }

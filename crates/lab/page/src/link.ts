@@ -1,16 +1,16 @@
-// The way to the engine of the lab: a server, or a worker of this page.
+// The connection to the engine of the lab: a server, or a worker of this page.
 
 import { byId } from "./dom";
 
-/** What the page says. */
+/** The messages that the page sends. */
 export interface Link {
   text(request: string): void;
   bytes(file: Uint8Array<ArrayBuffer>): void;
-  /** Where a line of the source stands that decides a verdict, given as an address. */
+  /** The address of the line of the source that decides a verdict. */
   place(decides: string): string;
 }
 
-/** What the page hears. */
+/** The messages that the page gets. */
 export interface Ears {
   text(message: string): void;
   bytes(message: ArrayBuffer): void;
@@ -20,20 +20,20 @@ export interface Ears {
 /** Time between two attempts to reach a server that is gone, ms. */
 const AGAIN = 2000;
 
-/** What the worker tells the page. */
+/** The messages of the worker to the page. */
 export type Told =
   | { kind: "text"; text: string }
   | { kind: "bytes"; bytes: ArrayBuffer }
   | { kind: "source"; text: string }
   | { kind: "failed"; sentence: string };
 
-/** What the page tells the worker. */
+/** The messages of the page to the worker. */
 export type Asked =
   | { kind: "engine"; bytes: ArrayBuffer }
   | { kind: "text"; text: string }
   | { kind: "bytes"; bytes: ArrayBuffer };
 
-/** The engine of a page that holds it; the server of any other page. */
+/** The engine that a page holds, or else the server that gave the page. */
 export function connect(ears: Ears): Link {
   const engine = document.getElementById("engine");
   return engine === null ? new Server(ears) : new Inside(engine, ears);

@@ -1,4 +1,4 @@
-// What the page and the server say to each other; `src/messages.rs` of the crate is the other side.
+// The messages between page and server; `src/messages.rs` of the crate is the other side.
 
 export interface Setup {
   scene: string;
@@ -121,7 +121,7 @@ export interface Status {
     decides: string;
   } | null;
   behind: number;
-  /** Root of the mean square distance to the reference, m. */
+  /** Root mean square distance of the particles from the reference, m. */
   distance: number | null;
   /** Why there is no reference, if one was asked for. */
   ghost: string | null;

@@ -30,7 +30,7 @@ export function methodOf(methods: MethodChoice[], text: string): MethodChoice | 
   return methods.find((method) => method.id === id);
 }
 
-/** The value of a setting without one of its own in the text: that of the preset or the default. */
+/** The value of a setting that the text does not set: from the preset, or else the default. */
 function usual(method: MethodChoice, preset: string | undefined, setting: SettingChoice): string {
   const known = method.presets.find(({ name }) => name === preset);
   return known?.settings.find(([key]) => key === setting.key)?.[1] ?? setting.default;

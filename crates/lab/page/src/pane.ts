@@ -1,4 +1,4 @@
-// One pane: picture, verdict, numbers, energies and knobs of its own.
+// One pane: its picture, verdict, numbers, energies and knobs.
 
 import { button, make, say, sentence, short } from "./dom";
 import { type Turn, knobs } from "./knobs";
@@ -10,14 +10,14 @@ import { type Camera, type Renderer, View } from "./view";
 /** Bytes of positions that a pane remembers. */
 const MEMORY = 24e6;
 
-/** What was shown at a time. */
+/** The picture and the numbers at a time. */
 interface Moment {
   status: Status;
   positions: Float32Array;
   ghost: Float32Array | undefined;
 }
 
-/** What is to be shown, perhaps without a picture. */
+/** The numbers to show next, perhaps without a picture. */
 interface Sight {
   status: Status;
   positions: Float32Array | undefined;
@@ -47,7 +47,7 @@ const NAMES: Record<string, string> = {
   refused: "refused",
 };
 
-/** What the causes of the ledger mean. */
+/** The meanings of the causes in the ledger. */
 const CAUSES: Record<string, string> = {
   damping: "damping of the springs",
   inertia: "inertia, numerical",
@@ -106,7 +106,7 @@ export class PaneView {
   /** The particle that is led, with its way in points of the picture. */
   private led: { particle: number; right: number; down: number } | undefined;
   private isDirty = false;
-  /** What the next picture shows. */
+  /** The moment that the next picture shows. */
   private next: Sight | undefined;
   private isAwaited = false;
   private duration = 1;

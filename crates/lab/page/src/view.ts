@@ -40,7 +40,7 @@ const PATIENCE = 3;
 const EDGE = 0.04;
 /** By how much a frame grows at a time, and how often at most. */
 const GROWTH = { factor: 1.04, most: 80 };
-/** Particles that are looked at for that. */
+/** Particles that are checked for that. */
 const SAMPLE = 500;
 /** A cloth that is farther away than this, over the size of the scene, has exploded. */
 const EXPLODED = 6;
@@ -65,14 +65,14 @@ class Framing {
     return !this.box.clone().expandByScalar(EXPLODED * this.start).containsBox(cloth);
   }
 
-  /** Looks at the middle of all that was seen, and grows until that is enough. */
+  /** Looks at the middle of all that was seen, and grows until all of it is in the picture. */
   grow(cloth: Box3, isEnough: () => boolean): void {
     this.box.union(cloth).getCenter(this.center);
     for (let n = 0; n < GROWTH.most && !isEnough(); n++) this.size *= GROWTH.factor;
   }
 }
 
-/** Where all cameras look from. They are linked: every pane has the same view. */
+/** The place of all cameras. They are linked, so every pane has the same view. */
 export class Camera {
   /** Degrees around the vertical axis and above the horizon. */
   turn = -55;

@@ -1,15 +1,16 @@
 //! The engine of the lab for a page that needs no server.
 //!
-//! It is built for `wasm32-wasip1` and runs in a worker of the page; `page/src/worker.ts` is the
-//! other side. All runs take turns on that one thread. It is the same [`Session`] that the server
-//! has, so the messages are the same.
+//! The engine is built for `wasm32-wasip1` and runs in a worker of the page; `page/src/worker.ts`
+//! is the other side. All runs take turns on the thread of the worker. The engine uses the
+//! [`Session`] of the server, so the messages are the same.
 //!
-//! A page writes a message into the [`room`] and says what it is ([`hear_text`], [`hear_file`]). At
-//! each [`tick`] it takes all that the engine tells ([`next`], [`start`], [`length`]).
+//! A page writes a message into the [`room`] and says of which kind it is ([`hear_text`],
+//! [`hear_file`]). At each [`tick`] it takes all messages of the engine ([`next`], [`start`],
+//! [`length`]).
 
-// Elsewhere there is nothing to call it.
+// On other targets nothing calls the engine.
 #![cfg(target_family = "wasm")]
-// A name that is not mangled could clash with one of another library. These are the only ones.
+// An unmangled name could clash with a name of another library. No other names are unmangled here.
 #![allow(unsafe_code, reason = "exports")]
 
 use drape_lab::{Out, Runs, Session, work};
@@ -21,7 +22,7 @@ struct Engine {
     session: Session,
     heard: Vec<u8>,
     told: VecDeque<Out>,
-    /// The message that is read now.
+    /// The message that the page reads now.
     present: Vec<u8>,
 }
 
@@ -41,7 +42,7 @@ fn with<T>(act: impl FnOnce(&mut Engine) -> T) -> T {
     ENGINE.with_borrow_mut(act)
 }
 
-/// Makes room for a message of so many bytes to the engine, and says where.
+/// Makes room for a message of so many bytes to the engine, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(bytes: usize) -> *mut u8 {
     with(|engine| {
@@ -69,7 +70,7 @@ pub extern "C" fn hear_file() {
     });
 }
 
-/// Lets so much time pass, ms, and lets the runs work for at most so long, ms.
+/// Lets `elapsed` milliseconds pass, and lets the runs work for at most `share` milliseconds.
 #[unsafe(no_mangle)]
 pub extern "C" fn tick(elapsed: f64, share: f64) {
     let millis = |time: f64| Duration::try_from_secs_f64(time / 1000.0).unwrap_or_default();
@@ -77,7 +78,8 @@ pub extern "C" fn tick(elapsed: f64, share: f64) {
     work(Instant::now() + millis(share));
 }
 
-/// Takes the next message of the engine: 1 for text, 2 for positions, 0 if there is none.
+/// Takes the next message of the engine. Returns 1 for text, 2 for positions, 0 if no message
+/// waits.
 #[unsafe(no_mangle)]
 pub extern "C" fn next() -> u32 {
     with(|engine| {
@@ -91,19 +93,19 @@ pub extern "C" fn next() -> u32 {
     })
 }
 
-/// Where the message that was taken last begins.
+/// The address of the message that was taken last.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> *const u8 {
     with(|engine| engine.present.as_ptr())
 }
 
-/// Bytes of the message that was taken last.
+/// The length of the message that was taken last, bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn length() -> usize {
     with(|engine| engine.present.len())
 }
 
-/// Makes the source that decides the verdicts, as a page, the message that was taken last.
+/// Takes, as a message, the page with the source that decides the verdicts.
 #[unsafe(no_mangle)]
 pub extern "C" fn source() {
     with(|engine| engine.present = drape_lab::source().as_bytes().to_vec());

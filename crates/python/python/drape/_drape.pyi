@@ -23,7 +23,7 @@ __all__ = [
 __version__: str
 
 class Error(Exception):
-    """What drape refuses, in the sentence that the command prints."""
+    """The exception for what drape refuses, with the sentence that the command prints."""
 
 @final
 class Setting:
@@ -35,7 +35,7 @@ class Setting:
     def default(self) -> str: ...
     @property
     def values(self) -> str:
-        """The values that it takes, in words."""
+        """The allowed values, in words."""
     @property
     def help(self) -> str: ...
 
@@ -55,10 +55,10 @@ class Method:
         """Order of accuracy."""
     @property
     def stability(self) -> Literal["dissipative", "symplectic"]:
-        """Whether its energy must not rise, or must not drift."""
+        """The rule for its energy: it must not rise (dissipative), or not drift (symplectic)."""
     @property
     def theory(self) -> str:
-        """What theory says about its stability."""
+        """Its stability by theory, in words."""
     @property
     def supports(self) -> dict[str, str]:
         """How it treats each effect of a scene."""
@@ -80,7 +80,7 @@ class Scene:
         """A bundled scene by its name, a study's start `STUDY/NAME`, or a scene or frozen system
         from a file.
 
-        Raises `Error` naming the file, the key and what is allowed there.
+        Raises `Error`, which names the file, the key and the values that are allowed there.
         """
     @staticmethod
     def parse(text: str, name: str = "scene") -> Scene:
@@ -115,7 +115,7 @@ class Scene:
 
 @final
 class Run:
-    """A run: what `drape run --out` writes, with positions over time."""
+    """A run: the record that `drape run --out` writes, and the positions over time."""
 
     @property
     def scene(self) -> str: ...
@@ -133,20 +133,20 @@ class Run:
         """Steps that were completed."""
     @property
     def ending(self) -> Literal["completed", "diverged"]:
-        """Divergence is a result, no exception."""
+        """How the run ended. Divergence is a result, not an exception."""
     @property
     def verdict(
         self,
     ) -> Literal["stable", "locked", "gained energy", "diverged", "could not tell"]: ...
     @property
     def reason(self) -> str:
-        """Why, in a sentence."""
+        """The reason for the verdict, in a sentence."""
     @property
     def share(self) -> float | None:
         """Share of the motion that the run kept; None where nothing was measured."""
     @property
     def expected_share(self) -> float | None:
-        """The same as theory expected it before the run."""
+        """The share that theory predicted before the run; None where it predicts nothing."""
     @property
     def spin_share(self) -> float | None:
         """Share of its angular momentum about the centre of mass that a free, spinning cloth has
@@ -170,7 +170,7 @@ class Run:
         """Velocities at the end, m/s: (particles, 3)."""
     @property
     def energy_times(self) -> NDArray[np.float64]:
-        """Times of `energies` and momenta, s: (samples,), at most some 1000."""
+        """Times of `energies` and momenta, s: (samples,), at most about 1000."""
     @property
     def energies(self) -> dict[str, NDArray[np.float64]]:
         """Energies by effect, with `kinetic` and `total`, J: each (samples,)."""
@@ -194,20 +194,20 @@ def run(
     threads: int = 1,
     every: int | None = None,
 ) -> Run:
-    """Runs a scene with a method, as `drape run` does: the result has the same bits.
+    """Runs a scene with a method, as `drape run` does. The result has the same bits.
 
     `method` is an id, with settings after a colon or in `settings`; `program:COMMAND` runs a
-    program of your own. `dt` and `duration` come from the scene where they are not given. Positions
-    are kept after every `every` steps (without: at most about 1000 times), at the start and at the
-    end.
+    program of your own. `dt` and `duration`, s, come from the scene where they are not given. The
+    run keeps positions at the start, after every `every` steps, and at the end. Without `every` it
+    keeps them at about 1000 times at most.
 
-    Raises `Error` when the scene, the method or a number is refused. Ctrl-C ends the run; with
-    several threads only when the run ends by itself.
+    Raises `Error` when the scene, the method or a number is refused. Ctrl-C ends the run. With
+    several threads, it takes effect only when the run ends by itself.
     """
 
 @type_check_only
 class Take(TypedDict):
-    """What to take."""
+    """The advised run."""
 
     method: str
     dt: float
@@ -217,14 +217,14 @@ class Take(TypedDict):
 
 @final
 class Comparison:
-    """What a comparison found."""
+    """The result of a comparison."""
 
     @property
     def advice(self) -> list[str]:
-        """At most twelve lines."""
+        """The advice, at most twelve lines."""
     @property
     def take(self) -> Take | None:
-        """What to take; None where no run met the target."""
+        """The advised run; None where no run met the target."""
     @property
     def table(self) -> dict[str, Any]:
         """Columns of the same length, one entry a run; `pandas.DataFrame(comparison.table)`.
@@ -234,7 +234,7 @@ class Comparison:
         """
     @property
     def has_reference(self) -> bool:
-        """Whether errors are measured against a true motion; without, against half the steps."""
+        """Whether errors are measured against a true motion, not against half the steps."""
     @property
     def json(self) -> str:
         """The facts of the record, as in `compare.json`."""
@@ -251,10 +251,11 @@ def compare(
     seed: int = 20,
     exhaustive: bool = False,
 ) -> Comparison:
-    """Which method to take for a scene, as `drape compare` does.
+    """Compares methods on a scene and advises one, as `drape compare` does.
 
-    `methods`: ids, with settings after a colon; all without. `target`: greatest error, m (a
-    hundredth of the cloth). `frame`: length of a frame, s (1/60). `budget`: wall time, s.
+    `methods`: ids, with settings after a colon; all methods if None. `target`: greatest error, m; a
+    hundredth of the cloth's size if None. `frame`: length of a frame, s; 1/60 by default.
+    `budget`: wall time, s.
 
     Raises `Error` when the scene, a method or an option is refused.
     """
