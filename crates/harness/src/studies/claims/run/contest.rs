@@ -31,7 +31,7 @@ const GROWTH: f64 = 4.0;
 /// Runs may cost so many times what counts in a round: a run whose cost can only be guessed is not
 /// begun where the guess is beyond the budget.
 const SLACK: f64 = 1.6;
-/// Most modelled time of the runs by which others could come ahead in a contest that decides a
+/// Most modelled time of a round in which others could come ahead in a contest that decides a
 /// place, s.
 const MOST_OF_OTHERS: f64 = 120.0;
 /// Most radians of the fastest oscillation, times springs and particles, of a reference that is
@@ -197,7 +197,7 @@ impl Contest {
         while let Some(needed) = needed(&efforts_for(&ahead, &others), tried) {
             budget = budget.min(needed);
             let due = others.iter().filter(|form| Self::is_due(form, budget)).count();
-            if seconds(&others) + SLACK * budget * due as f64 > MOST_OF_OTHERS {
+            if SLACK * budget * due as f64 > MOST_OF_OTHERS {
                 break;
             }
             self.run(&mut others, budget)?;
@@ -290,12 +290,6 @@ fn undecided(named: &str, efforts: &[Effort], tried: f64, most: f64) -> Option<f
 /// The visits after which a run of a form is over a budget in s.
 fn visits(form: &Variant, budget: f64) -> f64 {
     SLACK * 1e9 * budget / prices().of(form.method).least_ns_a_visit
-}
-
-/// Modelled time of all runs, s.
-fn seconds(forms: &[Tried]) -> f64 {
-    let rows = forms.iter().filter_map(|(_, row)| row.as_ref());
-    rows.flat_map(|row| &row.runs).map(|run| run.modelled_s).sum()
 }
 
 /// The least time of each method whose runs reach an error, the least first. Of equal times the
