@@ -14,6 +14,7 @@ pub(super) const CLAIM: Claim = Claim {
         "time at 1e6 for ",
         "time at 1e8 for ",
         "time at 1e10 n = 100 for ",
+        "doubt of the reference at ",
     ],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",

@@ -8,19 +8,24 @@ pub(super) const CLAIM: Claim = Claim {
     origin: Origin::Expectation { about: "Macklin et al. 2019" },
     says: "XPBD with small steps leads at errors of 1 to 10 % where the sheet is stiff",
     criterion: "With light damping, at k/m = 1e6, 1e8 and 1e10 with 400 particles, on the same \
-                fabrics with 1600, and above a ball, XPBD is among the two methods of least \
-                modelled time for errors of 10 %, 3 % and 1 %. In 10 ms it needs 10, 50 and 300 \
-                substeps to be stable by its energy: a fifth of them is not enough.",
+                fabrics with 1600 and with 10 000, and above a ball, XPBD is among the two methods \
+                of least modelled time for errors of 10 %, 3 % and 1 %. A case ranks \
+                nobody where the reference is in doubt by more than a third of the error, and where \
+                neither two methods are ahead nor all others were tried for as long as XPBD takes. \
+                In 10 ms it needs 10, 50 and 300 substeps to be stable by its energy: a fifth of \
+                them is not enough.",
     reads: &[
         "time at 1e6 for ",
         "time at 1e8 for ",
         "time at 1e10 for ",
         "time at 4e6 n = 1600 for ",
         "time at 4e8 n = 1600 for ",
-        "time at 4e10 n = 1600 for ",
+        "time at 2.5e7 n = 10000 for ",
+        "time at 2.5e9 n = 10000 for ",
         "time at 1e6 with a ball for ",
         "time at 1e8 with a ball for ",
-        "time at 1e10 with a ball for ",
+        "doubt of the reference at ",
+        "all tried at ",
         "energy rise at 1e6, ",
         "energy rise at 1e8, ",
         "energy rise at 1e10, ",
@@ -34,15 +39,17 @@ pub(super) const CLAIM: Claim = Claim {
 
 /// The method that the claim names.
 pub(crate) const METHOD: &str = "xpbd";
-/// Where it competes: three fabrics of 400 and of 1600 particles, and above a ball. With 10 000
-/// particles a single step of methods that factorise in every iteration takes minutes.
-pub(crate) const GROUNDS: [Ground; 9] = [
+/// Where it competes: three fabrics of 400, of 1600 and of 10 000 particles, and above a ball.
+pub(crate) const GROUNDS: [Ground; 12] = [
     Ground::light(1e6),
     Ground::light(1e8),
     Ground::light(1e10),
     Ground::light(4e6).of_side(40),
     Ground::light(4e8).of_side(40),
     Ground::light(4e10).of_side(40),
+    Ground::light(2.5e7).of_side(100),
+    Ground::light(2.5e9).of_side(100),
+    Ground::light(2.5e11).of_side(100),
     Ground::light(1e6).on_ball(),
     Ground::light(1e8).on_ball(),
     Ground::light(1e10).on_ball(),
@@ -62,7 +69,7 @@ pub(crate) fn rise(stiffness: f64, substeps: u32) -> String {
 }
 
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
-    let places = Places::of(evidence, METHOD, &GROUNDS, &LEVELS)?;
+    let places = Places::of_tried(evidence, METHOD, &GROUNDS, &LEVELS)?;
     let mut as_told = 0;
     let mut rises = Vec::new();
     for (stiffness, substeps) in SUBSTEPS {
@@ -102,7 +109,7 @@ mod tests {
             CLAIM.judge(&Evidence::new(&all_numbers)).verdict
         };
         assert_eq!(ruled(None, 0.0, 0.0, 0.0), Ruling::Holds);
-        assert_eq!(ruled(Some((8, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Fails);
+        assert_eq!(ruled(Some((11, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Fails);
         assert_eq!(ruled(None, 1e8, 0.5, 0.03), Ruling::Fails, "not enough");
         assert_eq!(ruled(None, 1e10, 0.01, 0.0), Ruling::Fails, "more than needed");
     }

@@ -12,7 +12,7 @@ pub(super) const CLAIM: Claim = Claim {
     criterion: "With d/m = √(k/m) these are among the two methods of least modelled time: \
                 `imex-rk` for an error of 10 % at k/m = 1e6, `rkc` for 1e-3 and 1e-4 there, and \
                 `dirk` for 1e-3 and 1e-4 at 1e8.",
-    reads: &["time at 1e6 heavy for ", "time at 1e8 heavy for "],
+    reads: &["time at 1e6 heavy for ", "time at 1e8 heavy for ", "doubt of the reference at "],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-heavy.svg",
     age: Age::MODELLED,

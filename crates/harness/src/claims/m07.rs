@@ -9,7 +9,7 @@ pub(super) const CLAIM: Claim = Claim {
     says: "with light damping the exponential method is second at errors of 1e-3 and 1e-4",
     criterion: "At k/m = 1e6 and 1e8 with light damping `exponential` is among the two methods of \
                 least modelled time for errors of 1e-3 and 1e-4.",
-    reads: &["time at 1e6 for ", "time at 1e8 for "],
+    reads: &["time at 1e6 for ", "time at 1e8 for ", "doubt of the reference at "],
     overturned_by: "Two methods that reach one of these errors in less time refute it.",
     see: "work-precision-effort.svg",
     age: Age::MODELLED,

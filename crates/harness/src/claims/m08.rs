@@ -14,6 +14,7 @@ pub(super) const CLAIM: Claim = Claim {
         "time at 1e6 for ",
         "time at 1e8 for ",
         "time at 1e10 n = 100 for ",
+        "doubt of the reference at ",
     ],
     overturned_by: "One of these errors that one of the two reaches in the least time refutes it.",
     see: "work-precision-effort.svg",

@@ -2,11 +2,13 @@
 //! them.
 
 use super::evidence::{Evidence, Missing};
-use super::{Judgement, told};
+use super::{Judgement, Ruling, told};
 use std::ops::Not;
 
 /// A method is among the first if at most one other is ahead of it.
-pub(super) const FIRST: usize = 2;
+pub(crate) const FIRST: usize = 2;
+/// A reference ranks methods by an error if its own doubt is at most this share of the error.
+pub(crate) const TRUSTED: f64 = 1.0 / 3.0;
 
 /// A sheet on which methods compete: the hanging sheet of the study `work-precision`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +54,16 @@ impl Ground {
         format!("{stiffness:e}{damping}{size}{ball}")
     }
 
+    /// What the doubt of its reference is called: the distance between two references.
+    pub(crate) fn doubt(&self) -> String {
+        format!("doubt of the reference at {}", self.name())
+    }
+
+    /// What the time is called up to which every method was tried for an error.
+    pub(crate) fn tried(&self, level: f64) -> String {
+        format!("all tried at {} for {level:e} up to", self.name())
+    }
+
     /// What the effort of a method for an error is called.
     pub(crate) fn effort(&self, level: f64, method: &str) -> String {
         format!("time at {} for {level:e}, {method}", self.name())
@@ -67,6 +79,10 @@ pub(super) struct Place<'a> {
     pub(super) winner: &'a str,
     /// Effort over the least of the other methods; infinite if it does not reach the error.
     pub(super) ratio: f64,
+    /// Its effort; the largest number if it does not reach the error.
+    own: f64,
+    /// How many other methods need less.
+    ahead: usize,
 }
 
 impl<'a> Place<'a> {
@@ -82,13 +98,21 @@ impl<'a> Place<'a> {
         all.sort_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
         let others = || all.iter().filter(|(name, _)| *name != method);
         let is_reached = own < f64::MAX;
-        let rank = 1 + others().filter(|(_, number)| number.value < own).count();
+        let ahead = others().filter(|(_, number)| number.value < own).count();
         let best = others().map(|(_, number)| number.value).next().unwrap_or(f64::MAX);
         Ok(Self {
-            rank: is_reached.then_some(rank),
+            rank: is_reached.then_some(1 + ahead),
             winner: all[0].0,
             ratio: if is_reached { own / best } else { f64::INFINITY },
+            own,
+            ahead,
         })
+    }
+
+    /// Whether it is known if the method is among the first, where every method was tried up to
+    /// this time: enough others are ahead, or nobody else can be.
+    fn is_decided(&self, tried: f64) -> bool {
+        self.ahead >= FIRST || self.own <= tried
     }
 
     pub(super) fn is_among_first(&self) -> bool {
@@ -100,27 +124,95 @@ impl<'a> Place<'a> {
     }
 }
 
+/// Contests that rank nobody, by the reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Open {
+    /// The reference is in doubt.
+    doubt: usize,
+    /// There is no reference.
+    none: usize,
+    /// The work for the contest came to an end before its place was known.
+    work: usize,
+}
+
+impl Open {
+    fn count(self) -> usize {
+        self.doubt + self.none + self.work
+    }
+
+    /// As a part of a sentence; empty where there are none.
+    fn told(self) -> String {
+        let parts = [
+            (self.doubt, "with a doubtful reference"),
+            (self.none, "without a reference"),
+            (self.work, "left before all methods were tried"),
+        ];
+        let parts: Vec<_> = parts.iter().filter(|(count, _)| *count > 0).collect();
+        if parts.is_empty() {
+            return String::new();
+        }
+        let parts: Vec<_> = parts.iter().map(|(count, why)| format!("{count} {why}")).collect();
+        format!("; {} more are undecided: {}", self.count(), parts.join(", "))
+    }
+}
+
 /// The places of one method in several contests.
 pub(super) struct Places<'a> {
     method: &'a str,
+    /// Of the contests that are decided.
     all: Vec<(String, Place<'a>)>,
+    open: Open,
 }
 
 impl<'a> Places<'a> {
+    /// Of contests in which every method was tried.
     pub(super) fn of(
         evidence: Evidence<'a>,
         method: &'a str,
         grounds: &[Ground],
         levels: &[f64],
     ) -> Result<Self, Missing> {
-        let mut all = Vec::new();
+        Self::read(evidence, method, grounds, levels, |_| Ok(f64::INFINITY))
+    }
+
+    /// Of contests that record up to which time every method was tried.
+    pub(super) fn of_tried(
+        evidence: Evidence<'a>,
+        method: &'a str,
+        grounds: &[Ground],
+        levels: &[f64],
+    ) -> Result<Self, Missing> {
+        Self::read(evidence, method, grounds, levels, |what| evidence.value(what))
+    }
+
+    fn read(
+        evidence: Evidence<'a>,
+        method: &'a str,
+        grounds: &[Ground],
+        levels: &[f64],
+        tried: impl Fn(&str) -> Result<f64, Missing>,
+    ) -> Result<Self, Missing> {
+        let (mut all, mut open) = (Vec::new(), Open::default());
         for ground in grounds {
+            let doubt = evidence.value(&ground.doubt())?;
             for &level in levels {
-                let at = format!("{level:e} at k/m = {}", ground.name());
-                all.push((at, Place::of(evidence, ground, level, method)?));
+                if doubt >= f64::MAX {
+                    open.none += 1;
+                    continue;
+                }
+                if doubt > TRUSTED * level {
+                    open.doubt += 1;
+                    continue;
+                }
+                let place = Place::of(evidence, ground, level, method)?;
+                if place.is_decided(tried(&ground.tried(level))?) {
+                    all.push((format!("{level:e} at k/m = {}", ground.name()), place));
+                } else {
+                    open.work += 1;
+                }
             }
         }
-        Ok(Self { method, all })
+        Ok(Self { method, all, open })
     }
 
     fn count(&self, is_meant: impl Fn(&Place<'a>) -> bool) -> usize {
@@ -141,11 +233,12 @@ impl<'a> Places<'a> {
 
     /// How often it is among the first, as a part of a sentence.
     pub(super) fn told(&self) -> String {
-        let Self { method, all } = self;
+        let Self { method, all, open } = self;
         let (among, first) = (self.count(Place::is_among_first), self.count(Place::is_first));
         format!(
-            "`{method}` is among the first two in {among} of {} cases, first in {first}",
-            all.len()
+            "`{method}` is among the first two in {among} of {} cases, first in {first}{}",
+            all.len(),
+            open.told()
         )
     }
 
@@ -164,6 +257,8 @@ impl<'a> Places<'a> {
 }
 
 /// Reason of a claim about places: how often each method is among the first, and the worst case.
+/// The claim is one about all contests: one of them refutes it, and it does not hold while one is
+/// undecided.
 pub(super) fn judgement(is_met: bool, places: &[Places<'_>]) -> Judgement {
     let told: Vec<_> = places.iter().map(Places::told).collect();
     let worst: Vec<_> = places.iter().filter_map(Places::worst).collect();
@@ -172,12 +267,16 @@ pub(super) fn judgement(is_met: bool, places: &[Places<'_>]) -> Judgement {
         let worst = worst.join("; ");
         reason = format!("{reason} Farthest behind: {worst}.");
     }
-    Judgement::new(is_met, reason)
+    let judgement = Judgement::new(is_met, reason);
+    if is_met && places.iter().any(|places| places.open.count() > 0) {
+        return Judgement { verdict: Ruling::Undecided, ..judgement };
+    }
+    judgement
 }
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::{Claim, Number, Ruling};
+    use super::super::{Claim, Number};
     use super::*;
 
     /// A sheet, an error, and the efforts there.
@@ -204,7 +303,9 @@ pub(super) mod tests {
     ) -> Vec<Number> {
         let mut numbers = Vec::new();
         for (g, ground) in grounds.iter().enumerate() {
+            numbers.push(Number::new(ground.doubt(), 1e-9, ""));
             for (l, &level) in levels.iter().enumerate() {
+                numbers.push(Number::new(ground.tried(level), f64::INFINITY, "s"));
                 let other = changed.filter(|(at, of, _)| (*at, *of) == (g, l));
                 let efforts = other.map_or(efforts, |(.., efforts)| efforts);
                 numbers.extend(efforts.iter().map(|&(method, effort)| {
@@ -233,6 +334,41 @@ pub(super) mod tests {
         assert_eq!(place(&[("a", f64::INFINITY), ("b", 1.0)]).0, None);
         assert_eq!(place(&[("b", 1.0)]).1, "nothing is recorded");
         assert_eq!(place(&[("a", 1.0)]), (Some(1), "a".to_owned(), 1.0 / f64::MAX));
+    }
+
+    /// A contest whose reference is in doubt, or that was left, ranks nobody: others still refute.
+    #[test]
+    fn a_contest_in_doubt_is_undecided_and_does_not_rank() {
+        let other = Ground::light(1e6);
+        let ruled = |doubt: f64, rival: f64, tried: f64, own: f64| {
+            let mut all =
+                numbers(&[GROUND], &[0.1], &[("a", 1.0), ("b", rival), ("c", rival)], None);
+            all.extend(numbers(&[other], &[0.1], &[("b", 1.0), ("c", 2.0), ("a", own)], None));
+            for number in &mut all {
+                if number.what == other.doubt() {
+                    number.value = doubt;
+                } else if number.what == other.tried(0.1) {
+                    number.value = tried;
+                }
+            }
+            let places = Places::of_tried(Evidence::new(&all), "a", &[GROUND, other], &[0.1]);
+            let places = places.unwrap_or_else(|_| panic!("a number is missing"));
+            let open = places.open;
+            (judgement(places.are_all_among_first(), &[places]).verdict, open)
+        };
+        let none = Open::default();
+        let (doubt, missing) = (Open { doubt: 1, ..none }, Open { none: 1, ..none });
+        let work = Open { work: 1, ..none };
+        assert_eq!(ruled(0.033, 2.0, 9.0, 3.0), (Ruling::Fails, none), "two are ahead");
+        assert_eq!(ruled(0.034, 2.0, 9.0, 3.0), (Ruling::Undecided, doubt));
+        assert_eq!(ruled(f64::MAX, 2.0, 9.0, 3.0), (Ruling::Undecided, missing));
+        assert_eq!(ruled(0.034, 0.5, 9.0, 3.0), (Ruling::Fails, doubt));
+        assert_eq!(ruled(0.0, 2.0, 1.5, 1.5), (Ruling::Holds, none), "nobody else is ahead");
+        assert_eq!(ruled(0.0, 2.0, 1.4, 1.5), (Ruling::Undecided, work), "one more may be");
+        assert_eq!(ruled(0.0, 2.0, 0.0, 3.0), (Ruling::Fails, none), "two are ahead");
+        // A method that does not reach the error in its budget is no worse than that budget.
+        assert_eq!(ruled(0.0, 2.0, 9.0, f64::MAX), (Ruling::Fails, none));
+        assert_eq!(work.told(), "; 1 more are undecided: 1 left before all methods were tried");
     }
 
     #[test]

@@ -1,21 +1,22 @@
 //! Contests: which method reaches an error in the least modelled time on a sheet of the study
 //! `work-precision`.
 //!
-//! The budget of a run, in modelled time, grows until three methods reach every error within it. So
-//! the first three are exact,
-//! and what is far behind is given up early. A form whose run is exact enough is not run finer.
+//! The budget of a run, in modelled time, grows until three methods reach every error within it, or
+//! until the place of a method is decided. So what is recorded is exact, and what is far behind is
+//! given up early. A form whose run is exact enough is not run finer.
 
 use crate::HarnessError;
-use crate::claims::places::Ground;
+use crate::claims::places::{FIRST, Ground, TRUSTED};
 use crate::cost::prices;
 use crate::methods::Choice;
 use crate::run::{Runner, Simulation};
 use crate::studies::claims::facts::Number;
-use crate::studies::work_precision::facts::{Row, cheapest};
+use crate::studies::work_precision::facts::{Row, Run, cheapest};
 use crate::studies::work_precision::run::scenes::{Case, SPAN, Setting, Shape};
 use crate::studies::work_precision::run::variants::{DOP853, VARIANTS, Variant};
 use drape_integrator::PrepareError;
 use drape_model::{ObstacleSpec, State, System, SystemSpec, TimeSpan};
+use drape_report::Verdict;
 use rayon::prelude::*;
 
 /// Light damping over mass, 1/s.
@@ -30,6 +31,12 @@ const GROWTH: f64 = 4.0;
 /// Runs may cost so many times what counts in a round: a run whose cost can only be guessed is not
 /// begun where the guess is beyond the budget.
 const SLACK: f64 = 1.6;
+/// Most modelled time of a round in which others could come ahead in a contest that decides a
+/// place, s.
+const MOST_OF_OTHERS: f64 = 120.0;
+/// Most radians of the fastest oscillation, times springs and particles, of a reference that is
+/// computed. Some such sheets would take minutes, and their folds magnify the error of any reference.
+const MOST_OF_REFERENCE: f64 = 1e10;
 /// The ball: its highest point is 0.05 m below the middle of the sheet.
 const BALL: ([f64; 3], f64) = ([0.0, 0.0, -0.25], 0.2);
 
@@ -39,8 +46,11 @@ pub(super) struct Contest {
     ground: Ground,
 }
 
+/// A form with its runs so far.
+type Tried = (&'static Variant, Option<Row>);
+
 /// The least modelled time of a method for an error.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Effort {
     method: String,
     seconds: f64,
@@ -70,27 +80,45 @@ impl Contest {
         Ok(Simulation { system, state })
     }
 
-    /// The runs of the forms that are meant, up to a modelled time. A form's runs end at the visits
-    /// that take at least this time at its prices.
-    fn rows(
-        &self,
-        budget: f64,
-        is_meant: impl Fn(&Variant) -> bool,
-    ) -> Result<Vec<Row>, HarnessError> {
+    /// Whether its reference can be had.
+    pub(super) fn is_in_reach(ground: &Ground) -> Result<bool, HarnessError> {
+        let (spec, case) = (spec(ground)?, case(ground));
+        let visits = (spec.springs.len() + spec.particles.mass_kg.len()) as f64;
+        Ok(SPAN * case.greatest_frequency() * visits <= MOST_OF_REFERENCE)
+    }
+
+    /// The forms that are meant, before they have run.
+    fn forms(is_meant: impl Fn(&Variant) -> bool) -> Vec<Tried> {
         let of_methods = |form: &&Variant| form.method != DOP853 && is_meant(form);
-        let forms: Vec<&Variant> = VARIANTS.iter().filter(of_methods).collect();
-        let run = |form: &&Variant| {
+        VARIANTS.iter().filter(of_methods).map(|form| (form, None)).collect()
+    }
+
+    /// Whether a budget lets a form run, or run finer: what spent more before would end again.
+    fn is_due((form, row): &Tried, budget: f64) -> bool {
+        let last = row.as_ref().map(|row| row.runs.last());
+        let is_over = |run: &Run| run.verdict == Verdict::OverBudget;
+        last.is_none_or(|run| run.is_some_and(|r| is_over(r) && r.effort <= visits(form, budget)))
+    }
+
+    /// Runs the forms up to a modelled time, or on to it. A form's runs end at the visits that take
+    /// at least this time at its prices. Forms that refuse the sheet leave the list.
+    fn run(&self, forms: &mut Vec<Tried>, budget: f64) -> Result<(), HarnessError> {
+        let run = |tried: &Tried| {
+            let (form, row) = tried;
+            if !Self::is_due(tried, budget) {
+                return Ok(Some(tried.clone()));
+            }
             let mut setting = self.setting.clone();
-            let ns_a_visit = prices().of(form.method).least_ns_a_visit;
-            setting.case.budget = SLACK * 1e9 * budget / ns_a_visit;
-            match setting.row(form, None) {
+            setting.case.budget = visits(form, budget);
+            let runs = row.as_ref().map_or_else(Vec::new, |row| row.runs.clone());
+            match setting.row_after(runs, form, None) {
                 Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
-                row => row.map(Some),
+                row => row.map(|row| Some((*form, Some(row)))),
             }
         };
-        let rows: Result<Vec<_>, HarnessError> =
-            forms.par_iter().with_max_len(1).map(run).collect();
-        Ok(rows?.into_iter().flatten().collect())
+        let all: Result<Vec<_>, HarnessError> = forms.par_iter().with_max_len(1).map(run).collect();
+        *forms = all?.into_iter().flatten().collect();
+        Ok(())
     }
 
     /// The modelled times of the named methods and of the three fastest, for each error.
@@ -105,24 +133,91 @@ impl Contest {
     ) -> Result<Vec<Number>, HarnessError> {
         let is_named = |form: &Variant| named.contains(&id(form.method));
         self.setting.enough = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let own = self.rows(most, |form| is_named(form) && is_meant(form))?;
-        let mut budget = (FIRST_BUDGET * self.setting.scene.particles as f64 / USUAL).min(most);
+        let mut own = Self::forms(|form| is_named(form) && is_meant(form));
+        self.run(&mut own, most)?;
+        let mut others = Self::forms(|form| !is_named(form) && is_meant(form));
+        let mut budget = self.first_budget().min(most);
         loop {
-            let mut rows = self.rows(budget, |form| !is_named(form) && is_meant(form))?;
-            rows.extend(own.iter().cloned());
-            let all: Vec<Vec<Effort>> = levels.iter().map(|&level| efforts(&rows, level)).collect();
-            let known = |efforts: &Vec<Effort>| {
-                efforts.iter().filter(|effort| effort.seconds <= budget).count() >= RECORDED
-            };
+            self.run(&mut others, budget)?;
+            let all: Vec<_> = levels.iter().map(|&l| efforts(&[&own, &others], l)).collect();
+            let known = |all: &Vec<Effort>| within(all, budget).count() >= RECORDED;
             if budget >= most || all.iter().all(known) {
                 let of_level = levels.iter().zip(&all);
                 let numbers = of_level.map(|(&level, all)| self.numbers(named, level, all));
-                let doubt = format!("doubt of the reference at {}", self.ground.name());
-                let doubt = Number::new(doubt, self.setting.scene.reference_error, "");
-                return Ok(numbers.flatten().chain([doubt.of_machine()]).collect());
+                return Ok(numbers.flatten().chain([self.doubt()]).collect());
             }
             budget = (GROWTH * budget).min(most);
         }
+    }
+
+    /// The modelled times that decide the place of a method, for each error that the reference can
+    /// tell: its own, those of the fastest others, and the time up to which all others were tried.
+    /// Those that led elsewhere are tried first: where two of them are ahead, the place is decided.
+    /// A method that does not reach an error within `most` seconds has at least this time.
+    pub(super) fn places(
+        &mut self,
+        named: &str,
+        leaders: &[String],
+        levels: &[f64],
+        most: f64,
+        is_meant: impl Fn(&Variant) -> bool,
+    ) -> Result<Vec<Number>, HarnessError> {
+        let doubt = self.setting.scene.reference_error;
+        let levels: Vec<_> =
+            levels.iter().copied().filter(|level| doubt <= TRUSTED * level).collect();
+        let mut numbers = vec![self.doubt()];
+        if levels.is_empty() {
+            return Ok(numbers);
+        }
+        self.setting.enough = levels.iter().copied().fold(f64::INFINITY, f64::min);
+        let leads = |form: &Variant| leaders.iter().any(|leader| leader == id(form.method));
+        let mut own = Self::forms(|form| id(form.method) == named && is_meant(form));
+        let mut ahead =
+            Self::forms(|form| id(form.method) != named && leads(form) && is_meant(form));
+        let mut others =
+            Self::forms(|form| id(form.method) != named && !leads(form) && is_meant(form));
+        self.run(&mut own, most)?;
+        let efforts_for = |ahead: &[Tried], others: &[Tried]| -> Vec<Vec<Effort>> {
+            levels.iter().map(|&level| efforts(&[&own, ahead, others], level)).collect()
+        };
+        // Up to this time others may come ahead; the error that is decided soonest comes first.
+        let needed = |all: &[Vec<Effort>], tried: f64| {
+            let needed = all.iter().filter_map(|all| undecided(named, all, tried, most));
+            needed.reduce(f64::min)
+        };
+        let mut budget = self.first_budget();
+        let mut tried = 0.0;
+        while let Some(needed) = needed(&efforts_for(&ahead, &others), tried) {
+            budget = budget.min(needed);
+            self.run(&mut ahead, budget)?;
+            tried = budget;
+            budget = GROWTH * tried;
+        }
+        (tried, budget) = (0.0, self.first_budget());
+        while let Some(needed) = needed(&efforts_for(&ahead, &others), tried) {
+            budget = budget.min(needed);
+            let due = others.iter().filter(|form| Self::is_due(form, budget)).count();
+            if SLACK * budget * due as f64 > MOST_OF_OTHERS {
+                break;
+            }
+            self.run(&mut others, budget)?;
+            tried = budget;
+            budget = GROWTH * tried;
+        }
+        for (&level, all) in levels.iter().zip(efforts_for(&ahead, &others)) {
+            numbers.push(Number::new(self.ground.tried(level), tried, "s").of_machine());
+            numbers.extend(self.numbers(&[named], level, &all));
+        }
+        Ok(numbers)
+    }
+
+    /// Of the first round, s.
+    fn first_budget(&self) -> f64 {
+        FIRST_BUDGET * self.setting.scene.particles as f64 / USUAL
+    }
+
+    fn doubt(&self) -> Number {
+        Number::new(self.ground.doubt(), self.setting.scene.reference_error, "").of_machine()
     }
 
     fn numbers(&self, named: &[&str], level: f64, efforts: &[Effort]) -> Vec<Number> {
@@ -177,12 +272,33 @@ fn id(method: &str) -> &str {
     method.split(':').next().unwrap_or(method)
 }
 
+/// Those of at most so many seconds.
+fn within(efforts: &[Effort], seconds: f64) -> impl Iterator<Item = &Effort> {
+    efforts.iter().filter(move |effort| effort.seconds <= seconds)
+}
+
+/// The time up to which others must be tried to decide the place of a method, where all were tried
+/// up to `tried` seconds; `None` where it is decided. A method that does not reach the error needs
+/// more than `most` seconds.
+fn undecided(named: &str, efforts: &[Effort], tried: f64, most: f64) -> Option<f64> {
+    let own = efforts.iter().find(|effort| effort.method == named);
+    let own = own.map_or(most, |effort| effort.seconds);
+    let ahead = efforts.iter().filter(|effort| effort.method != named && effort.seconds < own);
+    (own > tried && ahead.count() < FIRST).then_some(own)
+}
+
+/// The visits after which a run of a form is over a budget in s.
+fn visits(form: &Variant, budget: f64) -> f64 {
+    SLACK * 1e9 * budget / prices().of(form.method).least_ns_a_visit
+}
+
 /// The least time of each method whose runs reach an error, the least first. Of equal times the
 /// methods stand in the order of the registry.
-fn efforts(rows: &[Row], level: f64) -> Vec<Effort> {
+fn efforts(forms: &[&[Tried]], level: f64) -> Vec<Effort> {
+    let rows = || forms.iter().copied().flatten().filter_map(|(_, row)| row.as_ref());
     let mut efforts: Vec<Effort> = Vec::new();
     for method in crate::methods::all() {
-        let own = rows.iter().filter(|row| id(&row.method) == method.id);
+        let own = rows().filter(|row| id(&row.method) == method.id);
         efforts.extend(cheapest(own, level).map(|(_, run)| Effort {
             method: method.id.to_owned(),
             seconds: run.modelled_s,
@@ -191,4 +307,28 @@ fn efforts(rows: &[Row], level: f64) -> Vec<Effort> {
     }
     efforts.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     efforts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_decided_when_two_are_ahead_or_nobody_can_be() {
+        let effort = |(method, seconds): &(&str, f64)| Effort {
+            method: (*method).to_owned(),
+            seconds: *seconds,
+            is_portable: true,
+        };
+        let of = |efforts: &[(&str, f64)], tried| {
+            undecided("a", &efforts.iter().map(effort).collect::<Vec<_>>(), tried, 8.0)
+        };
+        assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 2.0), Some(4.0), "a third may lie between");
+        assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 4.0), None, "it is second");
+        assert_eq!(of(&[("b", 1.0), ("c", 3.0), ("a", 4.0)], 0.0), None, "two are ahead");
+        assert_eq!(of(&[("b", 1.0), ("c", 5.0), ("a", 4.0)], 2.0), Some(4.0), "c is behind");
+        assert_eq!(of(&[("b", 1.0)], 2.0), Some(8.0), "it does not reach the error");
+        assert_eq!(of(&[("b", 1.0), ("c", 7.0)], 2.0), None, "two reach it in its budget");
+        assert_eq!(of(&[("b", 1.0), ("c", 9.0)], 2.0), Some(8.0), "one reaches it in its budget");
+    }
 }

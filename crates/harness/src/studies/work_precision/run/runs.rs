@@ -55,8 +55,18 @@ impl Setting {
         variant: &Variant,
         limit: Option<f64>,
     ) -> Result<Row, HarnessError> {
-        let mut runs: Vec<Run> = Vec::new();
-        for value in self.values(variant) {
+        self.row_after(Vec::new(), variant, limit)
+    }
+
+    /// As [`row`](Self::row), from the run on that ended a row over a smaller budget.
+    pub(in crate::studies) fn row_after(
+        &self,
+        mut runs: Vec<Run>,
+        variant: &Variant,
+        limit: Option<f64>,
+    ) -> Result<Row, HarnessError> {
+        runs.pop_if(|run| run.verdict == Verdict::OverBudget);
+        for value in self.values(variant).into_iter().skip(runs.len()) {
             // A run that is not expected to fit its budget is recorded, but not begun.
             let expected = expected(&runs);
             if limit.is_some_and(|limit| expected > limit) {

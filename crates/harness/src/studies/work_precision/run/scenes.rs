@@ -152,6 +152,11 @@ impl Case {
         format!("{scene} {damping} {:e} n={}", self.stiffness, self.side * self.side)
     }
 
+    /// Of the fastest oscillation, 1/s.
+    pub(in crate::studies) fn greatest_frequency(&self) -> f64 {
+        self.sheet().greatest_frequency(1.0)
+    }
+
     fn sheet(&self) -> Sheet {
         Sheet {
             side: self.side,
@@ -246,7 +251,7 @@ impl Setting {
             springs: spec.springs.len(),
             stiffness_over_mass_per_s2: case.stiffness,
             damping_over_mass_per_s: case.damping(),
-            greatest_frequency_per_s: case.sheet().greatest_frequency(1.0),
+            greatest_frequency_per_s: case.greatest_frequency(),
             span_s: SPAN,
             motion_m: (moved / mass).sqrt(),
             reference_error: position_error(&system, &state.x, &tight.x, &loose.x),
