@@ -2,7 +2,10 @@
 
 use crate::{Implicit, lightest_free_mass};
 use drape_model::{BlockSink, Effect, Level, Mat3, Part, Revisions, System, Tangent, Vec3};
-use drape_solvers::{Constraints, SolveStatus, vector::weighted_dot};
+use drape_solvers::bands::{bands, in_bands};
+use drape_solvers::vector::{BLOCK, weighted_dot_in_bands};
+use drape_solvers::{Constraints, SolveStatus};
+use std::ops::Range;
 
 /// Round-off of a force over `k |x|`, and of a momentum over `m |v|`.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
@@ -74,11 +77,29 @@ pub struct IncrementalPotential {
     external_force: Vec3,
     round_off: f64,
     row_sums: Vec<f64>,
+    /// Parts of a sweep that threads share.
+    bands: usize,
+    /// Scratch for sums in bands.
+    sums: Vec<f64>,
     /// Greatest `k/m` of a row, 1/s².
     stiffest: f64,
     /// `Σ k²/m` over the rows, 1/s⁴ kg, and its system; `None` where it depends on positions.
     squared_stiffness: Option<(Revisions, f64)>,
     evaluations: u32,
+}
+
+/// Whether no damping of the implicit effects has directions, so that they share sweeps.
+fn share_sweeps(implicit: Implicit, system: &System) -> bool {
+    implicit
+        .effects(system)
+        .all(|effect| !effect.has_damping() || effect.pass(system.mass(), Part::Damping).is_some())
+}
+
+/// Force and damping of the implicit effects, effect by effect.
+fn terms(implicit: Implicit, system: &System) -> impl Iterator<Item = (&dyn Effect, Part)> {
+    let damping = |effect: &dyn Effect| effect.has_damping().then_some(Part::Damping);
+    let parts = move |effect| [Some(Part::Force), damping(effect)].into_iter().flatten();
+    implicit.effects(system).flat_map(move |effect| parts(effect).map(move |part| (effect, part)))
 }
 
 /// Adds force and damping of the implicit effects, N, effect by effect. Effects whose damping has
@@ -90,17 +111,10 @@ fn add_forces(
     (x, v): (&[Vec3], &[Vec3]),
     out: &mut [Vec3],
 ) {
-    let effects = implicit.effects(system);
-    let is_linear = |effect: &dyn Effect| {
-        !effect.has_damping() || effect.pass(system.mass(), Part::Damping).is_some()
-    };
-    if effects.clone().all(is_linear) {
-        let damping = |effect: &dyn Effect| effect.has_damping().then_some(Part::Damping);
-        let parts = |effect| [Some(Part::Force), damping(effect)].into_iter().flatten();
-        let terms = effects.flat_map(|effect| parts(effect).map(move |part| (effect, part)));
-        return system.add_forces(terms, Level { t: lagged.t, x, v }, out);
+    if share_sweeps(implicit, system) {
+        return system.add_forces(terms(implicit, system), Level { t: lagged.t, x, v }, out);
     }
-    for effect in effects {
+    for effect in implicit.effects(system) {
         effect.add_force(system.mass(), x, out);
         effect.add_lagged_damping_force(lagged, v, out);
     }
@@ -150,6 +164,8 @@ impl IncrementalPotential {
             external_force: Vec3::zeros(),
             round_off: 0.0,
             row_sums: vec![0.0; system.len()],
+            bands: 1,
+            sums: vec![0.0; system.len().div_ceil(BLOCK)],
             stiffest: 0.0,
             squared_stiffness: None,
             evaluations: 0,
@@ -168,6 +184,7 @@ impl IncrementalPotential {
     ) {
         let tau = tau.into();
         self.tau = tau;
+        self.bands = bands(system.threads(), system.len());
         self.evaluations = 0;
         self.x_star.copy_from_slice(x_star);
         self.directions.copy_from_slice(lagged.x);
@@ -326,9 +343,12 @@ impl IncrementalPotential {
 
     /// `x* + τ_x v`, m.
     pub fn positions(&mut self, v: &[Vec3]) -> &[Vec3] {
-        for ((x, x_star), v) in self.x.iter_mut().zip(&self.x_star).zip(v) {
-            *x = x_star + v * self.tau.x;
-        }
+        let Self { bands, x, x_star, tau, .. } = self;
+        in_bands(*bands, v.len(), &mut x[..], &|band, x: &mut [Vec3]| {
+            for ((x, x_star), v) in x.iter_mut().zip(&x_star[band.clone()]).zip(&v[band]) {
+                *x = x_star + v * tau.x;
+            }
+        });
         &self.x
     }
 
@@ -366,20 +386,31 @@ impl IncrementalPotential {
     pub fn gradient(&mut self, system: &System, v: &[Vec3]) -> &[Vec3] {
         self.evaluations += 1;
         self.positions(v);
-        self.force.fill(Vec3::zeros());
         let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
-        add_forces(self.implicit, system, lagged, (&self.x, v), &mut self.force);
-        for i in 0..v.len() {
-            self.gradient[i] =
-                (v[i] - self.target[i]) * system.mass()[i] - self.force[i] * self.tau.v;
+        let Self { implicit, tau, x, target, gradient, bands, .. } = self;
+        let from_force = |range: Range<usize>, gradient: &mut [Vec3]| {
+            let mass = &system.mass()[range.clone()];
+            let velocities = v[range.clone()].iter().zip(&target[range]);
+            for ((g, (v, target)), m) in gradient.iter_mut().zip(velocities).zip(mass) {
+                *g = (v - target) * *m - *g * tau.v;
+            }
+        };
+        if share_sweeps(*implicit, system) {
+            let (terms, at) = (terms(*implicit, system), Level { t: lagged.t, x, v });
+            system.write_forces_and(terms, at, gradient, &from_force);
+        } else {
+            gradient.fill(Vec3::zeros());
+            add_forces(*implicit, system, lagged, (x, v), gradient);
+            in_bands(*bands, v.len(), &mut gradient[..], &from_force);
         }
         &self.gradient
     }
 
     /// `‖S r‖` in the norm of `M⁻¹`, √J.
-    pub fn filtered_norm(&self, constraints: &Constraints, residual: &mut [Vec3]) -> f64 {
+    pub fn filtered_norm(&mut self, constraints: &Constraints, residual: &mut [Vec3]) -> f64 {
         constraints.project(residual);
-        weighted_dot(&self.inverse_mass, residual, residual).sqrt()
+        let Self { bands, inverse_mass, sums, .. } = self;
+        weighted_dot_in_bands(*bands, inverse_mass, residual, residual, sums).sqrt()
     }
 
     /// As [`choose_start`](Self::choose_start) with the inertial target, but by the least residual.

@@ -115,6 +115,32 @@ pub fn weighted_dot(w: &[f64], a: &[Vec3], b: &[Vec3]) -> f64 {
     total
 }
 
+/// As [`weighted_dot`], in so many [`bands`](crate::bands), with the same bits. `sums` is scratch,
+/// one number a [`BLOCK`] of particles.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn weighted_dot_in_bands(
+    bands: usize,
+    w: &[f64],
+    a: &[Vec3],
+    b: &[Vec3],
+    sums: &mut [f64],
+) -> f64 {
+    if bands < 2 {
+        return weighted_dot(w, a, b);
+    }
+    assert_eq!([w.len(), a.len()], [b.len(); 2], "one weight a particle");
+    assert_eq!(sums.len(), a.len().div_ceil(BLOCK), "one sum a block");
+    in_bands(bands, a.len(), PerBlock(&mut *sums), &|band, PerBlock(sums)| {
+        for (sum, first) in sums.iter_mut().zip(band.clone().step_by(BLOCK)) {
+            let block = first..band.end.min(first + BLOCK);
+            *sum = weighted_dot(&w[block.clone()], &a[block.clone()], &b[block]);
+        }
+    });
+    sums.iter().fold(0.0, |total, sum| total + sum)
+}
+
 /// Step 3 of the summation: twelve accumulators become one number.
 #[inline(always)]
 pub fn combine(sums: &[[f64; 3]; SLOTS]) -> f64 {
@@ -291,6 +317,8 @@ mod tests {
             for bands in [1, 2, 5] {
                 let shared = dot_in_bands(bands, &a, &b, &mut sums);
                 assert_same_bits((n, bands), &reference::dot(None, &a, &b), &shared);
+                let shared = weighted_dot_in_bands(bands, &w, &a, &b, &mut sums);
+                assert_same_bits((n, bands), &reference::dot(Some(&w), &a, &b), &shared);
             }
             assert_same_bits(n, &reference::dot(Some(&w), &a, &b), &weighted_dot(&w, &a, &b));
         }

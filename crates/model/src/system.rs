@@ -439,10 +439,10 @@ impl System {
                     && pairs::add(springs, &self.mass, at, matrix, product);
             }
         };
-        let Ok(mut memory) = self.memory.try_lock() else { return false };
+        let Ok(memory) = self.memory.try_lock() else { return false };
         let Some(passes) = tangent_passes(effects, &self.mass, &memory) else { return false };
-        let (passes, windows) = (&passes.list[..passes.count], memory.windows.first());
-        tangent::add(passes, windows, &self.mass, at, matrix, product);
+        let passes = &passes.list[..passes.count];
+        tangent::add(passes, &memory.windows, &self.mass, at, matrix, product);
         true
     }
 

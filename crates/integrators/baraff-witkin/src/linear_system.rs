@@ -4,10 +4,11 @@ use crate::settings::{BaraffWitkinSettings, BlockSolver, FirstChange, Preconditi
 use drape_integrator::{
     Implicit, Linearisation, PrepareError, SolveStatus, StepError, StepReport, lightest_free_mass,
 };
-use drape_model::{Revisions, State, StiffnessProduct, System, Tangent, Vec3};
+use drape_model::{Part, Revisions, State, StiffnessProduct, System, Tangent, Vec3};
 use drape_solvers::{
     BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Identity, LinearOperator, Norm,
     PcgReport, PcgSettings, PcgWorkspace, Preconditioner, Reference, SolverError,
+    bands::{bands, in_bands},
     constraint_impulse, filtered_pcg,
     vector::{dot, norm, subtract_from},
 };
@@ -80,9 +81,12 @@ impl LinearSystem {
     pub(crate) fn linearise(&mut self, system: &System, state: &State, y: &[Vec3], h: f64) {
         let at = self.at(state, h);
         let Self { b, displacement, solver, .. } = self;
-        for i in 0..b.len() {
-            displacement[i] = state.v[i] * h + y[i];
-        }
+        let bands = bands(system.threads(), y.len());
+        in_bands(bands, y.len(), &mut displacement[..], &|band, displacement: &mut [Vec3]| {
+            for ((d, v), y) in displacement.iter_mut().zip(&state.v[band.clone()]).zip(&y[band]) {
+                *d = v * h + y;
+            }
+        });
         let product = StiffnessProduct { w: displacement, out: b };
         at.assemble(system, solver.matrix_mut(), Some(product));
         if let Solver::Cg(cg) = solver {
@@ -101,10 +105,13 @@ impl LinearSystem {
         report: &mut StepReport,
     ) {
         let Self { b, force, .. } = self;
-        system.forces(state.level(), force);
-        for i in 0..b.len() {
-            b[i] = (force[i] - b[i]) * h; // Baraff-Witkin (18)
-        }
+        let terms = system.effects().map(|effect| (effect, Part::All));
+        system.write_forces_and(terms, state.level(), force, &|particles, force| {
+            for (force, b) in force.iter_mut().zip(&b[particles]) {
+                *force = (*force - b) * h; // Baraff-Witkin (18)
+            }
+        });
+        std::mem::swap(b, force);
         report.force_evaluations += 1;
         report.matvecs += 1;
     }

@@ -8,6 +8,7 @@ use drape_integrator::{
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
+use drape_solvers::bands::{bands, in_bands};
 
 /// Baraff and Witkin's implicit step.
 pub type BaraffWitkin = Stepper<Workspace>;
@@ -102,11 +103,16 @@ impl Scheme for Workspace {
             Ok::<(), StepError>(())
         })?;
         clock.switch(Phase::Update);
-        for i in 0..state.len() {
-            state.v[i] += change[i]; // v_{n+1} = v_n + Δv, Baraff-Witkin (6)
-            state.x[i] += y[i];
-            state.x[i] += state.v[i] * h; // x_{n+1} = x_n + h (v_n + Δv) + y, Baraff-Witkin (6)
-        }
+        let bands = bands(system.threads(), state.len());
+        let part = (&mut state.x[..], &mut state.v[..]);
+        in_bands(bands, y.len(), part, &|band, (x, v): (&mut [Vec3], &mut [Vec3])| {
+            let moves = change[band.clone()].iter().zip(&y[band]);
+            for ((x, v), (change, y)) in x.iter_mut().zip(v).zip(moves) {
+                *v += change; // v_{n+1} = v_n + Δv, Baraff-Witkin (6)
+                *x += y;
+                *x += *v * h; // x_{n+1} = x_n + h (v_n + Δv) + y, Baraff-Witkin (6)
+            }
+        });
         contacts.settle(&mut state.v, |_| ());
         state.t += h;
         Ok(report)

@@ -113,7 +113,7 @@ impl BlockMatrix {
         self.set_bands(bands(threads, self.n()));
     }
 
-    fn set_bands(&mut self, bands: usize) {
+    pub(crate) fn set_bands(&mut self, bands: usize) {
         self.bands = bands;
         if let Layout::Bands(matrix) = &mut self.layout {
             matrix.reserve_windows(bands);
@@ -261,7 +261,7 @@ pub(crate) trait VisitDiagonal {
     type Output;
 
     /// `block(i)` is diagonal block `i`.
-    fn visit(self, block: impl Fn(usize) -> [f64; 6]) -> Self::Output;
+    fn visit(self, block: impl Fn(usize) -> [f64; 6] + Sync) -> Self::Output;
 }
 
 impl BlockSink for BlockMatrix {

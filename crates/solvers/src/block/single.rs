@@ -12,7 +12,7 @@
 use super::bands::Bands;
 use super::product::{self, GROUP, Place, Term};
 use super::{BlockMatrix, Layout};
-use crate::bands::{Divisible, in_items};
+use crate::bands::{Divisible, PerBlock, in_items};
 use crate::{BlockJacobi, PcgReport, PcgSettings, SolveStatus, Vec3};
 
 /// Accumulators of a sum.
@@ -98,7 +98,7 @@ impl SinglePcg {
         }
         self.bands = a.bands;
         let stiffest = self.load(bands, diagonal);
-        let largest = b.iter().fold(0.0, |largest: f64, b| largest.max(b.amax()));
+        let largest = self.largest(|row| b[row].amax());
         if largest == 0.0 {
             x.fill(Vec3::zeros());
             let is_zero = b.iter().all(|b| *b == Vec3::zeros()); // else it is undefined
@@ -106,30 +106,39 @@ impl SinglePcg {
             let (iterations, multiplications, relative_residual) = (0, 0, 0.0);
             return Some(PcgReport { iterations, multiplications, relative_residual, status });
         }
-        let Self { n, lead, strides: [_, stride], .. } = *self;
-        for (axis, plane) in self.r.chunks_exact_mut(stride).enumerate() {
-            let (rows, beyond) = plane[lead..].split_at_mut(n);
-            for (to, from) in rows.iter_mut().zip(b) {
-                *to = (from[axis] / largest) as f32;
-            }
-            beyond.fill(0.0);
+        let Self { n, bands, lead, strides: [_, stride], .. } = *self;
+        let (_, groups) = self.extent();
+        for plane in self.r.chunks_exact_mut(stride) {
+            plane[lead + n..].fill(0.0);
         }
+        let part = Groups { planes: planes_mut(&mut self.r, stride, lead, n), sums: &mut [] };
+        in_items(bands, groups, part, &|groups, Groups { planes, .. }: Groups<'_, 3>| {
+            for (axis, plane) in planes.into_iter().enumerate() {
+                for (to, from) in plane.iter_mut().zip(&b[GROUP * groups.start..]) {
+                    *to = (from[axis] / largest) as f32;
+                }
+            }
+        });
         let term = settings.forcing_term.max(LEAST_TERM);
         let report = self.iterate(term, settings.max_iterations);
         let scale = largest / stiffest;
-        for (axis, plane) in self.x.chunks_exact(stride).enumerate() {
-            for (to, from) in x.iter_mut().zip(&plane[lead..][..n]) {
-                to[axis] = f64::from(*from) * scale;
+        let from = &self.x;
+        in_items(bands, groups, Vectors(x), &|groups, Vectors(x)| {
+            let planes = planes_of(from, stride, lead + GROUP * groups.start);
+            for (axis, plane) in planes.into_iter().enumerate() {
+                for (to, from) in x.iter_mut().zip(plane) {
+                    to[axis] = f64::from(*from) * scale;
+                }
             }
-        }
+        });
         Some(report)
     }
 
     /// Reads the matrix over its greatest diagonal number, which it returns.
     fn load(&mut self, bands: &Bands, diagonal: &BlockJacobi) -> f64 {
-        let on_diagonal = bands.diagonal();
-        let numbers = [0, 3, 5].into_iter().flat_map(|c| on_diagonal[c]);
-        let stiffest = numbers.fold(f64::MIN_POSITIVE, |largest, number| largest.max(*number));
+        let [xx, _, _, yy, _, zz] = bands.diagonal();
+        let stiffest = self.largest(|row| xx[row].max(yy[row]).max(zz[row]));
+        let stiffest = stiffest.max(f64::MIN_POSITIVE);
         let len = self.lead + self.n + LANES;
         let inverse = 1.0 / stiffest;
         let stride = self.strides[0];
@@ -142,12 +151,30 @@ impl SinglePcg {
                 }
             }
         });
-        for (to, from) in self.inverse.chunks_exact_mut(stride).zip(diagonal.planes()) {
-            for (to, from) in to[..self.n].iter_mut().zip(from) {
-                *to = (from * stiffest) as f32;
+        let (n, part) = (self.n, Planes { numbers: &mut self.inverse, stride });
+        in_items(self.bands, 6, part, &|planes, part: Planes<'_>| {
+            let from = diagonal.planes().skip(planes.start);
+            for (to, from) in part.numbers.chunks_exact_mut(stride).zip(from) {
+                for (to, from) in to[..n].iter_mut().zip(from) {
+                    *to = (from * stiffest) as f32;
+                }
             }
-        }
+        });
         stiffest
+    }
+
+    /// The greatest of some numbers, one a row, or 0. Their order does not matter, so neither do
+    /// bands.
+    fn largest(&mut self, number: impl Fn(usize) -> f64 + Sync) -> f64 {
+        let (n, groups) = (self.n, self.extent().1);
+        let part = PerBlock(&mut self.sums[..]);
+        in_items(self.bands, groups, part, &|groups, PerBlock(sums): PerBlock<'_, [f64; 2]>| {
+            for (group, sum) in groups.zip(sums) {
+                let rows = GROUP * group..n.min(GROUP * (group + 1));
+                sum[0] = rows.fold(0.0, |largest: f64, row| largest.max(number(row)));
+            }
+        });
+        self.sums.iter().fold(0.0, |largest: f64, sum| largest.max(sum[0]))
     }
 }
 
@@ -272,6 +299,16 @@ impl Divisible for Planes<'_> {
         let stride = self.stride;
         let (numbers, others) = self.numbers.split_at_mut(planes * stride);
         (Self { numbers, stride }, Self { numbers: others, stride })
+    }
+}
+
+/// Vectors that threads share in groups of [`GROUP`].
+struct Vectors<'a>(&'a mut [Vec3]);
+
+impl Divisible for Vectors<'_> {
+    fn split(self, groups: usize) -> (Self, Self) {
+        let (left, right) = self.0.split_at_mut((GROUP * groups).min(self.0.len()));
+        (Self(left), Self(right))
     }
 }
 

@@ -1,11 +1,14 @@
 //! The sweeps that fill a matrix, in both layouts, against the reference form through a sink.
 
-use super::tests;
+use super::diagonals::Diagonals;
+use super::sweep::{Law, Pass, Springs, Windows};
+use super::{tangent, tests};
 use crate::{
     BlockSink, Level, Linearised, Mat3, State, StiffnessProduct, System, Tangent, Vec3, parse,
 };
 use drape_kernels::blocks::{BandPlanes, BlockLayout, Coupling, PLACES, PairLines, SIX};
 use drape_kernels::testing::{Random, assert_same_bits};
+use drape_kernels::vector::BLOCK;
 use proptest::prelude::*;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -264,6 +267,70 @@ fn the_layout_follows_the_springs() {
         let (system, _) = mesh(9, 40, 0.4, law, &mut Random::new(5));
         assert_eq!(system.coupling(system.effects()), coupling);
     }
+}
+
+/// The matrix and the product of one band are those that the tests above compare with the
+/// reference form.
+#[test]
+fn threads_change_no_bit() {
+    // Above the size from which threads are used, with bands that end in the middle of a row, and
+    // with offsets beyond a narrow window.
+    for (rows, columns) in [(131, 137), (19, 900), (900, 19), (13, 2500)] {
+        for (damping, law) in [(0.4, Law::DampedSpring), (0.0, Law::Spring)] {
+            for tangent in [Tangent::Exact, Tangent::Projected] {
+                assert_any_number_of_bands((rows, columns), (damping, law), tangent);
+            }
+        }
+    }
+}
+
+fn assert_any_number_of_bands(
+    (rows, columns): (i64, i64),
+    (damping, law): (f64, Law),
+    tangent: Tangent,
+) {
+    // Two particles at the end have no spring.
+    let n = (rows * columns) as usize + 2;
+    let mut random = Random::new(columns as u64);
+    let (mut x, w, start) = (random.vectors(n), random.vectors(n), random.vectors(n));
+    x[1] = x[0];
+    let mass: Vec<f64> = (0..n).map(|_| 1.0 + random.unit()).collect();
+    let kinds = tests::KINDS.map(|(_, stencil)| {
+        Diagonals::detect(&tests::grid(rows, columns, stencil, damping)).unwrap()
+    });
+    let pass = |diagonals| Some(Pass::Springs(Springs { diagonals, law }));
+    let passes = kinds.each_ref().map(pass);
+    let mut offsets: Vec<usize> =
+        kinds.iter().flat_map(|kind| &kind.list).map(|d| d.offset).collect();
+    offsets.sort_unstable();
+    let (stride, lead) = (n + 5020, 5003);
+    let matrix = |threads, bands: Option<usize>, with_product: bool| {
+        let windows = Windows::new(threads, kinds.iter());
+        let mut out = start.clone();
+        let mut planes = vec![0.0; 6 * (offsets.len() + 1) * stride];
+        planes.chunks_mut(stride).for_each(|plane| plane[lead..lead + n].fill(7.0));
+        // Twice: what a window remembers from before must not matter.
+        for x in [&w, &x] {
+            let most = n / ((2 * columns as usize).next_multiple_of(8) + BLOCK);
+            let bands = bands.map_or_else(|| windows.bands(n), |bands| bands.min(most));
+            let offsets = &offsets;
+            let layout = BandPlanes { planes: &mut planes, stride, lead, offsets };
+            let product = StiffnessProduct { w: &w, out: &mut out };
+            let product = with_product.then_some(product);
+            let at = at(x, tangent);
+            tangent::add_in_bands(bands, &passes, &windows, &mass, &at, layout, product);
+        }
+        (planes, out)
+    };
+    let (planes, out) = matrix(1, Some(1), true);
+    // These numbers of bands, short ones too, and the usual number.
+    for (threads, bands) in [(2, Some(2)), (3, Some(3)), (2, Some(9)), (3, Some(25)), (5, None)] {
+        let (other_planes, other_out) = matrix(threads, bands, true);
+        let case = (rows, columns, law, tangent, threads, bands);
+        assert_same_bits(("matrix", case), &planes, &other_planes);
+        assert_same_bits(("product", case), &out, &other_out);
+    }
+    assert_same_bits("without a product", &planes, &matrix(2, Some(9), false).0);
 }
 
 /// A sweep for a matrix leaves forces in a window; the next sweep ignores them.

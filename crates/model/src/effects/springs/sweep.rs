@@ -167,18 +167,21 @@ pub(crate) struct Window {
     /// Number of particles by which the window moves on.
     pub(super) chunk: usize,
     /// Number of forces remembered from before the chunk, at least the largest offset.
-    history: usize,
+    pub(super) history: usize,
     /// Number of coordinates read beyond the chunk.
     pub(super) ahead: usize,
     /// `x`, `y`, `z` of positions, then of velocities; [`Self::stride`] each.
     coordinates: Aligned,
     /// Forces; [`Self::stride`] each.
     forces: Aligned,
+    /// Blocks of the springs of `history` particles, six numbers each, for a matrix that threads
+    /// share; [`Self::kept_stride`] each. Empty if there is no other thread.
+    kept: Aligned,
 }
 
 impl Window {
     /// A window for sweeps over any of these springs. Its arrays lie at least `lead` numbers behind
-    /// other memory.
+    /// other memory; without `lead` it is the only one.
     fn new<'a>(lead: usize, all: impl Iterator<Item = &'a Diagonals>) -> Self {
         let (mut reach, mut planes, mut particles) = (0, 0, 0);
         for diagonals in all {
@@ -199,6 +202,9 @@ impl Window {
         let mut window = Self { chunk, history, ahead, ..Self::default() };
         window.coordinates = Aligned::zeros(lead, 6 * window.stride());
         window.forces = Aligned::zeros(lead, planes * window.stride());
+        if lead > 0 {
+            window.kept = Aligned::zeros(lead, 2 * planes * window.kept_stride());
+        }
         window
     }
 
@@ -223,13 +229,25 @@ impl Window {
         if self.chunk + self.history + self.ahead <= NARROW { NARROW } else { WIDE }
     }
 
+    /// Distance of two arrays of kept blocks.
+    fn kept_stride(&self) -> usize {
+        stride(self.history)
+    }
+
     /// The arrays.
     #[inline(always)]
     pub(super) fn block(&mut self) -> Block<'_> {
-        let stride = self.stride();
-        let Self { history, coordinates, forces, .. } = self;
+        self.block_and_kept().0
+    }
+
+    /// The arrays, those of kept blocks, and the distance of two of the latter.
+    #[inline(always)]
+    pub(super) fn block_and_kept(&mut self) -> (Block<'_>, &mut [f64], usize) {
+        let (stride, kept_stride) = (self.stride(), self.kept_stride());
+        let Self { history, coordinates, forces, kept, .. } = self;
         let (coordinates, forces) = (coordinates.all_mut(), forces.all_mut());
-        Block { stride, history: *history, coordinates, forces }
+        let block = Block { stride, history: *history, coordinates, forces };
+        (block, kept.all_mut(), kept_stride)
     }
 }
 

@@ -14,19 +14,28 @@
 //! particle meets its incoming springs first, by falling offset, and then its own; all stiffnesses
 //! of an effect come before its damping. So both forms give the same bits.
 //!
+//! Threads share the rows in bands. A band needs the blocks and forces of the springs that lead
+//! into it from the rows before, which belong to another band, so it computes them once more into
+//! memory of its own. Full damping waits for the end of the band where the particles that read `S`
+//! belong to the next one. So each number of the matrix comes from the same operations for any
+//! number of bands.
+//!
 //! # What it costs
 //!
 //! A spring takes a square root, 4 divisions, 50 flops for block and force, 6 for the sum of
 //! forces, 12 for the blocks at its ends, and 9 for full damping. The matrix takes 6 numbers per
 //! spring here, and 36 in compressed rows.
 
-use super::diagonals::Diagonal;
-use super::sweep::{Block, GROUP, Pass, Plan, Sums, Window, springs};
+use super::diagonals::{Diagonal, MAX_DIAGONALS};
+use super::sweep::{Block, GROUP, MAX_PASSES, Pass, Plan, Sums, Window, Windows, springs};
 use super::{COLLAPSED, Vec3};
 use crate::Tangent;
+use drape_kernels::bands::{Divisible, in_bands};
 use drape_kernels::blocks::BandPlanes;
 use drape_kernels::lanes::WIDEST;
 use drape_kernels::planes::{join, split};
+use drape_kernels::vector::BLOCK;
+use std::ops::Range;
 
 /// `M + σ K + τ D` at positions `x`, with `K = −∂f/∂x` and `D = −∂f/∂v`.
 #[derive(Clone, Copy, Debug)]
@@ -50,12 +59,27 @@ pub struct StiffnessProduct<'a> {
     pub out: &'a mut [Vec3],
 }
 
-/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `product`, if it is given. The passes
-/// must [fit](Window::fits) the window, and their offsets must be bands of the matrix, no two of
-/// them equal.
+/// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `product`, if it is given, on as many
+/// threads as there are windows. The passes must [fit](Windows::fits), and their offsets must be
+/// the bands of the matrix, no two of them equal.
 pub(crate) fn add(
     passes: &[Option<Pass<'_>>],
-    window: &mut Window,
+    windows: &Windows,
+    mass: &[f64],
+    at: &Linearised<'_>,
+    matrix: BandPlanes<'_>,
+    product: Option<StiffnessProduct<'_>>,
+) {
+    let bands = windows.bands(particles(passes));
+    add_in_bands(bands, passes, windows, mass, at, matrix, product);
+}
+
+/// As [`add`], in a given number of bands. No band may be shorter than the longest offset of a
+/// spring, rounded up to a multiple of [`WIDEST`].
+pub(super) fn add_in_bands(
+    bands: usize,
+    passes: &[Option<Pass<'_>>],
+    windows: &Windows,
     mass: &[f64],
     at: &Linearised<'_>,
     matrix: BandPlanes<'_>,
@@ -64,16 +88,69 @@ pub(crate) fn add(
     let n = mass.len();
     let lengths = product.as_ref().map_or([n; 2], |p| [p.w.len(), p.out.len()]);
     assert!(at.x.len() == n && lengths == [n; 2], "one vector a particle");
-    pulp::Arch::new().dispatch(Sweep { passes, window, mass, at, matrix, product });
+    let x: &[f64] = bytemuck::cast_slice(at.x);
+    // Without a product the kernel computes the forces of any vector, and nothing reads them.
+    let (w, out): (&[f64], Option<&mut [f64]>) = match product {
+        Some(StiffnessProduct { w, out }) => {
+            (bytemuck::cast_slice(w), Some(bytemuck::cast_slice_mut(out)))
+        }
+        None => (x, None),
+    };
+    let BandPlanes { planes, stride, lead, offsets } = matrix;
+    let planes = planes.chunks_exact_mut(stride).map(|plane| &mut plane[lead..]);
+    let part = Part { rows: Rows::new(0, planes), out };
+    let particles = particles(passes);
+    in_bands(bands, particles, part, &|range, Part { rows, out }| {
+        let window = &mut *windows.free();
+        let rows = Rows { first: range.start, ..rows };
+        pulp::Arch::new().dispatch(Sweep {
+            passes,
+            range,
+            window,
+            mass,
+            at,
+            offsets,
+            x,
+            w,
+            rows,
+            out,
+        });
+    });
+}
+
+/// One more than the last particle that has a spring.
+fn particles(passes: &[Option<Pass<'_>>]) -> usize {
+    springs(passes).map(|pass| pass.diagonals.particles).max().unwrap_or(0)
+}
+
+/// What a band writes: its rows of the matrix and of the product.
+struct Part<'a> {
+    rows: Rows<'a>,
+    out: Option<&'a mut [f64]>,
+}
+
+impl Divisible for Part<'_> {
+    fn split(self, blocks: usize) -> (Self, Self) {
+        let (rows, other_rows) = self.rows.split(blocks * BLOCK);
+        let (out, other_out) = self.out.map(|out| out.split_at_mut(3 * blocks * BLOCK)).unzip();
+        (Self { rows, out }, Self { rows: other_rows, out: other_out })
+    }
 }
 
 struct Sweep<'a> {
     passes: &'a [Option<Pass<'a>>],
+    /// Particles whose rows the sweep computes.
+    range: Range<usize>,
     window: &'a mut Window,
     mass: &'a [f64],
     at: &'a Linearised<'a>,
-    matrix: BandPlanes<'a>,
-    product: Option<StiffnessProduct<'a>>,
+    /// Offsets of the bands of the matrix.
+    offsets: &'a [usize],
+    x: &'a [f64],
+    w: &'a [f64],
+    /// The rows of the range, and padding behind the last one of all.
+    rows: Rows<'a>,
+    out: Option<&'a mut [f64]>,
 }
 
 impl pulp::WithSimd for Sweep<'_> {
@@ -81,55 +158,64 @@ impl pulp::WithSimd for Sweep<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Self { passes, window, mass, at, matrix, product } = self;
-        let particles = springs(passes).map(|p| p.diagonals.particles).max().unwrap_or(0);
-        let x: &[f64] = bytemuck::cast_slice(at.x);
-        // Without a product the kernel computes the forces of any vector, and nothing reads them.
-        let (w, mut out): (&[f64], Option<&mut [f64]>) = match product {
-            Some(StiffnessProduct { w, out }) => {
-                (bytemuck::cast_slice(w), Some(bytemuck::cast_slice_mut(out)))
-            }
-            None => (x, None),
-        };
-        let (chunk, ahead) = (window.chunk, window.ahead);
+        let Self { passes, range, window, mass, at, offsets, x, w, mut rows, mut out } = self;
+        let particles = particles(passes);
+        let (chunk, history, ahead) = (window.chunk, window.history, window.ahead);
         let plan = Plan::new(passes, 0);
-        let mut block = window.block();
+        let (mut block, kept, kept_stride) = window.block_and_kept();
         let mut sums = Sums([[0.0; GROUP]; 3]);
-        if particles > chunk {
+        let damping = at.damping_scale;
+        let read = |block: &mut Block<'_>, begin: usize, slid: bool| {
+            block.read(0, x, begin, chunk, ahead, slid);
+            block.read(3, w, begin, chunk, ahead, slid);
+        };
+        let mut before = None;
+        if range.start > 0 {
+            // Springs that lead from before the range into it.
+            let first = range.start - history;
+            let planes = kept.chunks_exact_mut(kept_stride);
+            let mut rows = Rows::new(first, (0..6).map(|_| <&mut [f64]>::default()).chain(planes));
+            read(&mut block, first, false);
+            for i in (0..history).step_by(ROWS) {
+                rows.compute(passes, offsets, &mut block, at, first + i, i, ROWS.min(history - i));
+            }
+            block.slide(passes, history);
+            before = Some(rows);
+        } else if particles > chunk {
             block.forget();
         }
-        let (diagonal, bands) = matrix.planes.split_at_mut(6 * matrix.stride);
-        let mut blocks = Blocks {
-            diagonal,
-            bands,
-            stride: matrix.stride,
-            lead: matrix.lead,
-            offsets: matrix.offsets,
-        };
-        let mut begin = 0;
-        while begin < particles {
-            block.read(0, x, begin, chunk, ahead, begin > 0);
-            block.read(3, w, begin, chunk, ahead, begin > 0);
-            let end = particles.min(begin + chunk);
+        let mut begin = range.start;
+        while begin < range.end {
+            read(&mut block, begin, begin > range.start);
+            let end = range.end.min(begin + chunk);
             for i in (begin..end).step_by(ROWS) {
                 let m = ROWS.min(end - i);
                 let padded = m.next_multiple_of(WIDEST);
-                blocks.compute(passes, &mut block, at, i, i - begin, padded);
-                blocks.gather(passes, at.damping_scale, &mass[i..i + m], i);
-                blocks.damp(passes, at.damping_scale, i, m);
+                rows.compute(passes, offsets, &mut block, at, i, i - begin, padded);
+                rows.gather(passes, offsets, before.as_ref(), damping, &mass[i..i + m], i);
+                rows.damp(passes, offsets, damping, |offset| {
+                    i.saturating_sub(offset)..(i + m).saturating_sub(offset)
+                });
                 if let Some(out) = &mut out {
-                    let out = &mut out[3 * i..3 * (i + m)];
+                    let out = &mut out[3 * (i - range.start)..][..3 * m];
                     split(sums.0.as_flattened_mut(), GROUP, out);
                     block.gather(simd, &plan, begin, i - begin, padded, &mut sums);
                     join(sums.0.as_flattened(), GROUP, out);
                 }
             }
             begin += chunk;
-            if begin < particles {
+            if begin < range.end {
                 block.slide(passes, chunk);
             }
         }
-        blocks.without_springs(&mass[particles..], particles);
+        if range.end < particles {
+            // The next band has blocks of its own for the springs that lead into it.
+            rows.damp(passes, offsets, damping, |offset| {
+                range.end.saturating_sub(offset)..range.end
+            });
+        } else {
+            rows.without_springs(&mass[particles..], particles);
+        }
     }
 }
 
@@ -140,27 +226,46 @@ const ROWS: usize = GROUP;
 /// Which of the six numbers of a block are on its diagonal.
 const AXES: [bool; 6] = [true, false, false, true, false, true];
 
-/// The arrays of a matrix.
-struct Blocks<'a> {
-    diagonal: &'a mut [f64],
-    bands: &'a mut [f64],
-    stride: usize,
-    lead: usize,
-    offsets: &'a [usize],
+/// Most planes of a matrix: six for the diagonal, six for each band.
+const MOST_PLANES: usize = 6 * (1 + MAX_PASSES * MAX_DIAGONALS);
+
+/// Some rows of the planes of a matrix.
+struct Rows<'a> {
+    /// Particle of the first row.
+    first: usize,
+    /// Six planes for the diagonal, then six for each band; empty where there is no band.
+    planes: [&'a mut [f64]; MOST_PLANES],
 }
 
-impl Blocks<'_> {
-    /// Where the planes of a diagonal are among the bands.
-    #[inline(always)]
-    fn band(&self, d: &Diagonal) -> usize {
-        6 * self.stride * self.offsets.iter().position(|o| *o == d.offset).unwrap_or(0)
+impl<'a> Rows<'a> {
+    fn new(first: usize, planes: impl Iterator<Item = &'a mut [f64]>) -> Self {
+        let mut rows = Self { first, planes: std::array::from_fn(|_| <&mut [f64]>::default()) };
+        rows.planes.iter_mut().zip(planes).for_each(|(to, plane)| *to = plane);
+        rows
+    }
+
+    /// Splits off the first `count` rows; returns them and the rest.
+    fn split(self, count: usize) -> (Self, Self) {
+        let Self { first, planes } = self;
+        let mut rest = Self::new(first + count, std::iter::empty());
+        let mut others = rest.planes.iter_mut();
+        let planes = planes.map(|plane| {
+            let (plane, other) = plane.split_at_mut(count.min(plane.len()));
+            if let Some(place) = others.next() {
+                *place = other;
+            }
+            plane
+        });
+        (Self { first, planes }, rest)
     }
 
     /// Computes `−S` of the springs of `m` particles, and the opposite of their forces.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "of what, with what, where and whereto")]
     fn compute(
         &mut self,
         passes: &[Option<Pass<'_>>],
+        offsets: &[usize],
         window: &mut Block<'_>,
         at: &Linearised<'_>,
         particle: usize,
@@ -169,11 +274,9 @@ impl Blocks<'_> {
     ) {
         let (coordinates, mut forces) = window.group(in_window, m);
         for d in springs(passes).flat_map(|pass| &pass.diagonals.list) {
-            let first = self.band(d);
-            let row = self.lead + particle;
-            let mut planes = self.bands[first..]
-                .chunks_exact_mut(self.stride)
-                .map(|plane| &mut plane[row..][..m]);
+            let row = particle - self.first;
+            let mut planes =
+                self.planes[band(offsets, d)..].iter_mut().map(|plane| &mut plane[row..][..m]);
             let mut block = || planes.next();
             let (Some(xx), Some(xy), Some(xz), Some(yy), Some(yz), Some(zz)) =
                 (block(), block(), block(), block(), block(), block())
@@ -206,10 +309,20 @@ impl Blocks<'_> {
     }
 
     /// Sums up the diagonal blocks of particles: their masses and the blocks of their springs.
+    /// `before` are the last rows before these, as [computed](Self::compute); without them there
+    /// are none.
     #[inline(always)]
-    fn gather(&mut self, passes: &[Option<Pass<'_>>], scale: f64, mass: &[f64], particle: usize) {
+    fn gather(
+        &mut self,
+        passes: &[Option<Pass<'_>>],
+        offsets: &[usize],
+        before: Option<&Rows<'_>>,
+        scale: f64,
+        mass: &[f64],
+        particle: usize,
+    ) {
         let m = mass.len();
-        let row = self.lead + particle;
+        let row = particle - self.first;
         for (c, on_axis) in AXES.into_iter().enumerate() {
             let mut sums = [0.0; ROWS];
             let sums = &mut sums[..m];
@@ -219,14 +332,21 @@ impl Blocks<'_> {
             for pass in springs(passes) {
                 let list = &pass.diagonals.list;
                 let incoming = || pass.diagonals.incoming.iter().map(|&d| &list[d]);
-                let side = |d: &Diagonal, back: usize| {
-                    &self.bands[self.band(d) + c * self.stride + row - back..][..m]
-                };
                 for d in incoming() {
-                    subtract(sums, side(d, d.offset));
+                    let plane = band(offsets, d) + c;
+                    // So many of the springs lead from before these rows.
+                    let outside = d.offset.saturating_sub(row).min(m);
+                    if outside > 0
+                        && let Some(before) = before
+                    {
+                        let from = particle - d.offset - before.first;
+                        subtract(&mut sums[..outside], &before.planes[plane][from..][..outside]);
+                    }
+                    let from = (row + outside).saturating_sub(d.offset);
+                    subtract(&mut sums[outside..], &self.planes[plane][from..][..m - outside]);
                 }
                 for d in list {
-                    subtract(sums, side(d, 0));
+                    subtract(sums, &self.planes[band(offsets, d) + c][row..][..m]);
                 }
                 if on_axis && pass.law.is_damped() {
                     for d in incoming() {
@@ -240,22 +360,29 @@ impl Blocks<'_> {
                     }
                 }
             }
-            self.diagonal[c * self.stride + row..][..m].copy_from_slice(sums);
+            self.planes[c][row..][..m].copy_from_slice(sums);
         }
     }
 
-    /// Adds full damping to the blocks whose other end is among `m` particles: no sum needs `S`
-    /// from them any more.
+    /// Adds full damping to the blocks of some particles' springs of each offset, those of them
+    /// that lie in these rows: no sum may need `S` from them any more.
     #[inline(always)]
-    fn damp(&mut self, passes: &[Option<Pass<'_>>], scale: f64, particle: usize, m: usize) {
+    fn damp(
+        &mut self,
+        passes: &[Option<Pass<'_>>],
+        offsets: &[usize],
+        scale: f64,
+        particles: impl Fn(usize) -> Range<usize>,
+    ) {
         for pass in springs(passes).filter(|pass| pass.law.is_damped()) {
             for d in &pass.diagonals.list {
-                let first = self.band(d) + self.lead;
-                let from = particle.saturating_sub(d.offset);
-                let to = (particle + m).saturating_sub(d.offset);
+                let Range { start, end } = particles(d.offset);
+                let start = start.max(self.first);
+                let end = end.max(start);
+                let rows = start - self.first..end - self.first;
                 for (c, _) in AXES.into_iter().enumerate().filter(|(_, on_axis)| *on_axis) {
-                    let plane = &mut self.bands[first + c * self.stride..][from..to];
-                    add_where(plane, &d.present[from..to], -(scale * d.damping));
+                    let plane = &mut self.planes[band(offsets, d) + c][rows.clone()];
+                    add_where(plane, &d.present[start..end], -(scale * d.damping));
                 }
             }
         }
@@ -264,10 +391,16 @@ impl Blocks<'_> {
     /// The masses of particles without springs.
     fn without_springs(&mut self, mass: &[f64], particle: usize) {
         for (c, on_axis) in AXES.into_iter().enumerate() {
-            let plane = &mut self.diagonal[c * self.stride + self.lead + particle..][..mass.len()];
+            let plane = &mut self.planes[c][particle - self.first..][..mass.len()];
             if on_axis { plane.copy_from_slice(mass) } else { plane.fill(0.0) }
         }
     }
+}
+
+/// Which plane is the first one of a diagonal.
+#[inline(always)]
+fn band(offsets: &[usize], d: &Diagonal) -> usize {
+    6 * (1 + offsets.iter().position(|o| *o == d.offset).unwrap_or(0))
 }
 
 /// `−S` and `−K w` of a vector of springs between `own` and `other` ends, each `x`, `y`, `z` of

@@ -6,14 +6,14 @@ use drape_kernels::testing::{Bits, Random, assert_same_bits};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-const KINDS: [(EffectKind, [(i64, i64); 2]); 3] = [
+pub(super) const KINDS: [(EffectKind, [(i64, i64); 2]); 3] = [
     (EffectKind::Tension, [(1, 0), (0, 1)]),
     (EffectKind::Shear, [(1, 1), (-1, 1)]),
     (EffectKind::Bending, [(2, 0), (0, 2)]),
 ];
 
 /// Springs of one kind on a grid, as scenes have them.
-fn grid(rows: i64, columns: i64, stencil: [(i64, i64); 2], damping: f64) -> Vec<Spring> {
+pub(super) fn grid(rows: i64, columns: i64, stencil: [(i64, i64); 2], damping: f64) -> Vec<Spring> {
     let mut springs = Vec::new();
     for (row, column) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
         for (right, down) in stencil {

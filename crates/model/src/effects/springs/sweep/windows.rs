@@ -48,7 +48,7 @@ impl Windows {
     }
 
     /// A window that no other thread uses: the thread's own if there is one for each thread.
-    pub(super) fn free(&self) -> MutexGuard<'_, Window> {
+    pub(in super::super) fn free(&self) -> MutexGuard<'_, Window> {
         let own = rayon::current_thread_index().unwrap_or(0) % self.0.len();
         let (before, from_own) = self.0.split_at(own);
         let mut found =
