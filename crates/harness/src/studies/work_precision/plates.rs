@@ -495,7 +495,7 @@ fn excess(input: &Input) -> Table {
     Table {
         title: format!(
             "**Modelled time for an error of {}, over the cheapest of all methods**, and how many \
-             variants spend their budget before. –: not within the \
+             variants exhaust their budget before. –: not within the \
              budget.",
             percent(LEVEL, 1)
         ),
