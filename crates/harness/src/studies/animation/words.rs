@@ -53,16 +53,16 @@ pub(super) fn long(facts: &Facts) -> Words {
     let early = ran.scenes.iter().filter(|scene| scene.measure == Measure::Trajectory);
     for scene in early {
         caveats.push(format!(
-            "On the scene \u{201c}{}\u{201d}, the distance at 0.3 s ranks the runs; the time after it \
-             only decides whether a run is stable.",
+            "On the scene \u{201c}{}\u{201d}, the distance at 0.3 s ranks the runs; the time \
+             after it only decides whether a run is stable.",
             scene.id
         ));
     }
     let apart = ran.scenes.iter().filter(|scene| scene.shape_floor_m >= APART_M);
     for scene in apart {
         caveats.push(format!(
-            "On the scene \u{201c}{}\u{201d}, two true motions are {} m apart on average: chance decides \
-             which way the cloth goes.",
+            "On the scene \u{201c}{}\u{201d}, two true motions are {} m apart on average: chance \
+             decides which way the cloth goes.",
             scene.id,
             significant(scene.shape_floor_m, 2)
         ));

@@ -163,7 +163,8 @@ mod tests {
         let said = words(&Facts { claims: rows.to_vec() });
         assert_eq!(
             said.conclusion,
-            "Of 4 claims of the paper, 2 hold and 1 fails; none depends on the reading; 1 is undecided."
+            "Of 4 claims of the paper, 2 hold and 1 fails; none depends on the reading; 1 is \
+             undecided."
         );
         assert_eq!(
             said.observations[0],
@@ -189,8 +190,8 @@ mod tests {
         let both = words(&Facts { claims: paper.into_iter().chain(later).collect() });
         let first = "Of 2 claims of the paper, 1 holds and 1 fails; none depends on the reading.";
         assert_eq!(alone.conclusion, first);
-        let second = "Of 2 expectations about later methods, 1 holds and 1 fails; none depends on the \
-                      reading.";
+        let second = "Of 2 expectations about later methods, 1 holds and 1 fails; none depends on \
+                      the reading.";
         assert_eq!(both.conclusion, format!("{first} {second}"));
         let held = "Expectations about later methods that hold: M01.".to_owned();
         assert_eq!(both.observations, [alone.observations, vec![held]].concat());

@@ -144,7 +144,8 @@ fn rebounds(facts: &Facts) -> Option<String> {
         ),
     };
     Some(format!(
-        "{speeds}; heights are off by up to {} %, because particles meet the surface within a step.",
+        "{speeds}; heights are off by up to {} %, because particles meet the surface within a \
+         step.",
         significant(100.0 * height, 2)
     ))
 }

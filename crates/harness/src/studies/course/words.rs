@@ -7,8 +7,8 @@ use drape_report::number::{power, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What can each method, from explicit Euler to two-step IMEX, do \
-     that the one before it could not?";
+pub(super) const QUESTION: &str = "What can each method of the course do that the one before it \
+     could not?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &[];
 

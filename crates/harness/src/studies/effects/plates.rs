@@ -138,10 +138,11 @@ fn bill(input: &Input) -> Option<Table> {
         [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
     };
     Some(Table {
-        title: "**Cost of each effect**: time of the run with the effect over the time without it; kilobytes \
-                that the system holds more; kilobytes that the prepared method holds \
-            more."
-            .to_owned(),
+        title:
+            "**Cost of each effect**: time of the run with the effect over the time without it; \
+                kilobytes that the system holds more; kilobytes that the prepared method holds \
+                more."
+                .to_owned(),
         header: header("effect", &methods),
         names: 1,
         rows: effects(input).filter(|effect| *effect != NOTHING).map(line).collect(),

@@ -48,8 +48,8 @@ fn matrices(facts: &Facts) -> String {
     };
     let (scalar, block) = (grown(|effect| effect.springs), grown(|effect| effect.coupled_pairs));
     format!(
-        "Of {} additions, {scalar} {} the scalar matrix of IMEX methods and {block} {} the matrix of \
-         3×3 blocks; the others keep the pattern.",
+        "Of {} additions, {scalar} {} the scalar matrix of IMEX methods and {block} {} the matrix \
+         of 3×3 blocks; the others keep the pattern.",
         single(facts).count(),
         verb(scalar, "enlarges", "enlarge"),
         verb(block, "enlarges", "enlarge")

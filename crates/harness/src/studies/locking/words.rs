@@ -104,7 +104,8 @@ fn terminal(facts: &Facts) -> Option<String> {
         )
     } else {
         format!(
-            "At {k} s⁻², the sheet of IMEX Euler falls at {} times the speed of the law of locking.",
+            "At {k} s⁻², the sheet of IMEX Euler falls at {} times the speed of the law of \
+             locking.",
             significant(ratio, 3)
         )
     })

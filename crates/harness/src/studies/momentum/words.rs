@@ -72,8 +72,8 @@ fn stated(facts: &Facts) -> Option<String> {
     Some(match worst {
         None if all == 0 => return None,
         None => format!(
-            "All {all} claims that a variant keeps linear or angular momentum hold within {kept} in \
-             stable runs."
+            "All {all} claims that a variant keeps linear or angular momentum hold within {kept} \
+             in stable runs."
         ),
         Some((label, drift, scene)) => format!(
             "{} of {all} claims that a variant keeps linear or angular momentum {} broken; {label} \
@@ -96,8 +96,8 @@ fn spin(facts: &Facts) -> Option<String> {
     let lost = number(|spin| spin < LOST);
     (!spins.is_empty()).then(|| {
         format!(
-            "At k/m = {} s⁻², {} of {} stable variants keep the spin of a sheet within {} % for one \
-             second, and {lost} {} less than {} % of it.",
+            "At k/m = {} s⁻², {} of {} stable variants keep the spin of a sheet within {} % for \
+             one second, and {lost} {} less than {} % of it.",
             power(scene.stiffness_over_mass_per_s2),
             number(|spin| (spin - 1.0).abs() <= LEAST_CHANGE),
             spins.len(),

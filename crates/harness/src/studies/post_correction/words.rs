@@ -70,8 +70,8 @@ fn approach(facts: &Facts) -> Option<String> {
              away."
         ),
         n => format!(
-            "No: in {n} of {} series, every narrower limit brings the corrected sheet nearer to the \
-             stiff one, but it stays at least {left} % of the motion away.",
+            "No: in {n} of {} series, every narrower limit brings the corrected sheet nearer to \
+             the stiff one, but it stays at least {left} % of the motion away.",
             series.len()
         ),
     })

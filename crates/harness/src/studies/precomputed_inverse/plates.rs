@@ -14,21 +14,19 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "inverse-counts.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
-        caption: "The inverse is the dearest in every panel; above the dashed line a change of h \
-                  or k \
-            costs it more than twenty solves. Operations to make what is kept and to solve once, \
-            memory, and how many solves the making is worth. Hanging sheet; CG at ε = 0.001, at \
-            two values of k/m and for one fabric.",
+        caption: "The dense inverse costs most in every panel; above the dashed line, a change of \
+            h or k costs it more than twenty solves. Operations for the set-up and for one solve, \
+            memory, and the set-up over a solve. Hanging sheet; CG at ε = 0.001, at two values of \
+            k/m and for one fabric.",
         draw: Draw::Sheet(counts),
     },
     Plate {
         file: "inverse-cost.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, timed",
         caption: "A step is fastest with the sparse factor or, on soft sheets, with CG. Above the \
-                  dashed line a rebuild costs more than twenty steps. Medians of five repetitions \
-            on one core: first set-up; rebuild after a change of the step; a whole step of the \
-            hanging sheet; the rebuild in steps' worth, against the number of \
-            particles.",
+            dashed line a rebuild costs more than twenty steps. Medians of five repetitions on \
+            one core against the number of particles: first set-up; rebuild after a change of the \
+            step; a whole step of the hanging sheet; the rebuild over a step.",
         draw: Draw::Sheet(cost),
     },
 ];

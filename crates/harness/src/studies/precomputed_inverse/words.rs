@@ -102,7 +102,8 @@ fn memory(facts: &Facts) -> Option<String> {
     let (dense, sparse, cg) = (largest(DENSE)?, largest(CHOLESKY)?, largest(CG)?);
     let memory = |row: &Solver| significant(row.kept_bytes as f64 / MIB, 2);
     Some(format!(
-        "At {} particles, the dense inverse needs {} MiB, the sparse factor {} MiB and IC(0) {} MiB.",
+        "At {} particles, the dense inverse needs {} MiB, the sparse factor {} MiB and IC(0) {} \
+         MiB.",
         dense.particles,
         memory(dense),
         memory(sparse),

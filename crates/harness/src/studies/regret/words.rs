@@ -5,8 +5,8 @@ use drape_report::Words;
 use drape_report::number::{median, percent, significant};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Is the advice of drape compare as good as an exhaustive search, on \
-     scenes for which nobody tuned it?";
+pub(super) const QUESTION: &str = "Is the advice of drape compare as good as an exhaustive search, \
+     on scenes for which nobody tuned it?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
 

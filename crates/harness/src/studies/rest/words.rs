@@ -142,8 +142,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let spans = facts.scenes.iter().map(|scene| scene.span_s).fold(0.0, f64::max);
     vec![
         format!(
-            "A run lasts at most {} simulated seconds; a surface within {} mm of its rest shape has \
-             arrived, and the time of arrival is known to 0.1 s.",
+            "A run lasts at most {} simulated seconds; a surface within {} mm of its rest shape \
+             has arrived, and the time of arrival is known to 0.1 s.",
             spans,
             significant(1e3 * THERE, 2)
         ),

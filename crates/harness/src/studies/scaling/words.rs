@@ -74,8 +74,8 @@ fn failed(facts: &Facts) -> Option<String> {
     (all > 0).then(|| match worst {
         None => format!("All {all} runs complete and every solve meets its tolerance."),
         Some(worst) => format!(
-            "{count} of {all} runs {} or {} solves that miss their tolerance, at worst {} at n = {} \
-             ({}, {}).",
+            "{count} of {all} runs {} or {} solves that miss their tolerance, at worst {} at n = \
+             {} ({}, {}).",
             verb(count, "fails", "fail"),
             verb(count, "has", "have"),
             worst.label,

@@ -15,8 +15,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-work.svg",
         title: "Work against error, with constant and with adaptive steps",
-        caption: "Adaptive curves lie on the constant ones or above: step size control seldom \
-                  saves work. Work, weighed in sweeps over the springs, against the error of the \
+        caption: "Adaptive curves lie on or above the constant ones: step size control seldom \
+            saves work. Work, counted in sweeps over the springs, against the error of the \
             positions after 0.25 s over the motion; rejected substeps and estimates are counted. \
             400 particles; a row for each scene, order 1 left, order 2 right. Crossed out: \
             diverged.",
@@ -45,10 +45,10 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-forcing.svg",
         title: "CG iterations against the inner tolerance, constant and by Eisenstat and Walker",
-        caption: "The line of Eisenstat and Walker lies below backward Euler at every constant ε: \
-                  no search for one pays. CG iterations in 25 steps of 0.01 s against the inner \
-            tolerance, a panel for each scene. Every run of backward Euler (block Hessian, block \
-            Jacobi) reaches the same residual; IMEX Euler (one system a step, IC(0)) does \
+        caption: "The line of Eisenstat and Walker lies below backward Euler at every constant ε, \
+            so no search for a constant pays. CG iterations in 25 steps of 0.01 s against the \
+            inner tolerance, a panel for each scene. Every run of backward Euler (block Hessian, \
+            block Jacobi) reaches the same residual; IMEX Euler (one system a step, IC(0)) does \
             not.",
         draw: Draw::Sheet(by_forcing),
     },

@@ -6,8 +6,8 @@ use drape_report::number::{power, setting, significant, trimmed};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Which steps, stiffnesses and dampings does a method survive, and \
-     does theory predict its longest stable step?";
+pub(super) const QUESTION: &str = "Which steps, stiffnesses and dampings does a method survive, \
+     and does theory predict its longest stable step?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order"];
 

@@ -123,8 +123,8 @@ fn gaining(rows: &[Row]) -> Option<String> {
     (all > 0).then(|| match number {
         0 => "No run of these rows gains energy.".to_owned(),
         _ => format!(
-            "A fitting count does not prove a good solution: {number} of {all} runs {} energy, {} of \
-             them with updated CG as printed.",
+            "A fitting count does not prove a good solution: {number} of {all} runs {} energy, {} \
+             of them with updated CG as printed.",
             verb(number, "gains", "gain"),
             if printed == number { "all".to_owned() } else { printed.to_string() }
         ),

@@ -105,8 +105,8 @@ fn unranked(facts: &Facts) -> Option<String> {
     let noisy = facts.scenes.iter().filter(|scene| !scene.ranks(LEVEL)).count();
     (noisy > 0).then(|| {
         format!(
-            "On {noisy} of {} sheets, an error of {} cannot be ranked: a start that differs by 1 µm \
-             changes the end by more than half of it.",
+            "On {noisy} of {} sheets, an error of {} cannot be ranked: a start that differs by \
+             1 µm changes the end by more than half of it.",
             facts.scenes.len(),
             error()
         )

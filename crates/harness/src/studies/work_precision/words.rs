@@ -210,8 +210,8 @@ fn missed(facts: &Facts) -> Option<String> {
     let scene = series(facts, "light").into_iter().max_by_key(count)?;
     (count(&scene) > 0).then(|| {
         format!(
-            "At k/m = {} s⁻² with light damping, {} of {} variants exhaust their budget before they \
-             reach an error of {}.",
+            "At k/m = {} s⁻² with light damping, {} of {} variants exhaust their budget before \
+             they reach an error of {}.",
             power(scene.stiffness_over_mass_per_s2),
             count(&scene),
             rows_of(facts, &scene.id).count(),
@@ -234,8 +234,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
          one machine. The table of prices compares each form's model with the clock."
             .to_owned(),
         format!(
-            "Errors are measured at the end of a short motion; the references are off by at most {} \
-             of it.",
+            "Errors are measured at the end of a short motion; the references are off by at most \
+             {} of it.",
             significant(worst, 2)
         ),
     ]

@@ -171,7 +171,8 @@ fn words_follow_from_the_ledgers() {
     for part in [
         "Every ledger closes: in 6 runs",
         "satisfies its energy theorem",
-        "In 2 runs, at least 10 % of E_ref passes through the residual of the solve; the most is 12 % (loose, a damped)",
+        "In 2 runs, at least 10 % of E_ref passes through the residual of the solve; \
+         the most is 12 % (loose, a damped)",
         "2 of 12 runs gained too much energy",
         "1 variant has no ledger",
     ] {

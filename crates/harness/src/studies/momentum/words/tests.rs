@@ -129,7 +129,8 @@ fn words_and_tables_tell_what_is_lost_what_holds_and_what_fails() {
     assert!(said.contains("and 1 keeps less than 1 % of it"), "{said}");
     let said = words.observations.join("\n");
     for part in [
-        "5.3 % of the spin without correction, 15 % with the printed one and 100 % with a consistent",
+        "5.3 % of the spin without correction, 15 % with the printed one and 100 % with a \
+         consistent",
         "1 of 9 stable runs gains more than 1 % of the energy of the spin, at most 25 %",
         "in 1 of 2 runs; the greatest difference is 0.25.",
         "2 of 11 runs diverged",

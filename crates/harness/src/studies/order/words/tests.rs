@@ -80,7 +80,8 @@ fn words_name_who_fails_who_claims_nothing_and_what_stiffness_does() {
     for part in [
         "(h ω_max down to 0.38): 1 with the order of theory, 1 with another order, 1 without a \
          claim, 1 off by half the motion, 1 with too few runs, 1 diverged.",
-        "1 variant that claims no order solves another equation; its error at the finest step reaches 2.0 %",
+        "1 variant that claims no order solves another equation; its error at the finest \
+         step reaches 2.0 %",
         "a factor of up to 2.0 (order 1)",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
