@@ -64,7 +64,7 @@ fn panel(title: &str, label: &str, sizes: &[f64], curves: &[Curve<'_>], is_worth
         panel.series.extend(Series::new(name(solver, series), look, points.collect()));
     }
     if is_worth {
-        panel.rules = vec![Rule { label: "20 steps' worth".to_owned(), at: At::Y(DEAR) }];
+        panel.rules = vec![Rule { label: "20 times as much".to_owned(), at: At::Y(DEAR) }];
     }
     panel
 }
@@ -98,7 +98,7 @@ fn counts(input: &Input) -> Option<Sheet> {
         panel("To solve once", "operations", &sizes, &of(|row| row.solve_operations), false),
         panel("Memory", "bytes", &sizes, &of(|row| row.kept_bytes as f64), false),
         panel(
-            "Making in solves' worth",
+            "Set-up over one solve",
             "solves",
             &sizes,
             &of(|row| row.setup_operations / row.solve_operations),
@@ -127,7 +127,7 @@ fn cost(input: &Input) -> Option<Sheet> {
         panel("First set-up", "time (ms)", &sizes, &of(|row| milliseconds(&row.setup_ns)), false),
         panel("Rebuild", "time (ms)", &sizes, &of(|row| milliseconds(&row.rebuild_ns)), false),
         panel("A step", "time (ms)", &sizes, &of(|row| milliseconds(&row.step_ns)), false),
-        panel("Rebuild in steps' worth", "steps", &sizes, &of(worth), true),
+        panel("Rebuild over one step", "steps", &sizes, &of(worth), true),
     ];
     (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
@@ -168,7 +168,7 @@ fn solvers(input: &Input) -> Table {
             "memory (KiB)",
             "to make",
             "to solve",
-            "solves' worth",
+            "set-up (solves)",
             "CG a step",
             "difference",
         ]),
@@ -250,8 +250,16 @@ fn times(rows: &[TimingRow]) -> Table {
         ]
     };
     Table {
-        title: "**Timed**, medians, ms; the rebuild also in steps' worth.".to_owned(),
-        header: texts(&["particles", "solver", "set-up", "rebuild", "step", "solve", "worth"]),
+        title: "**Timed**, medians, ms; the rebuild also in steps.".to_owned(),
+        header: texts(&[
+            "particles",
+            "solver",
+            "set-up",
+            "rebuild",
+            "step",
+            "solve",
+            "rebuild (steps)",
+        ]),
         names: 2,
         rows: rows.iter().map(line).collect(),
     }
