@@ -7,7 +7,7 @@ use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
-    "What must be paid for a frame that neither explodes, stands still nor shows a wrong shape?";
+    "What does a frame cost that neither explodes, stands still nor shows a wrong shape?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
 /// The question of the long study.

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
-    "Which method stays stable where methods fail, and does its theory say so beforehand?";
+    "Which methods stay stable in scenes where others fail, and does theory predict it?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 

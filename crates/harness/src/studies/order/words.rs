@@ -7,7 +7,7 @@ use drape_report::number::{power, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Does the error of every method fall with its theoretical order, \
-     and what is left of it on stiff springs?";
+     and does that order remain on stiff springs?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 

@@ -6,8 +6,7 @@ use drape_report::number::{percent, power, setting, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Which method is the cheapest for a given error, and how do \
-                                   stiffness, damping and size change \
-                                   that?";
+                                   stiffness, damping and size change the answer?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 
