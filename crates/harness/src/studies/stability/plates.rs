@@ -47,9 +47,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Longest stable step: measured over theory",
         caption: "On two particles all finite limits agree with theory (1, dashed) within the 5 % \
             of the search. On the sheet theory is a lower bound; only undamped symplectic Euler \
-            and undamped `multirate` stay below it, because their energy swings. k/m = 10⁴ s⁻². \
-            Methods without a finite limit stand in the table; a cross on the left edge means \
-            that no step was stable.",
+            and undamped `multirate` stay below it. k/m = 10⁴ s⁻². Methods without a finite limit \
+            stand in the table; a cross on the left edge means that no step was stable.",
         draw: Draw::Sheet(ratios),
     },
     Plate {
