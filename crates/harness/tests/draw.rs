@@ -222,10 +222,10 @@ fn figures_name_axes_units_and_every_curve() {
     expect("post-correction-bill.svg", &["grid, provot, 1 sweep a step, limit 0.1"]);
     for file in ["inverse-counts.svg", "inverse-cost.svg"] {
         expect(file, &["dense inverse", "sparse Cholesky", "CG with IC(0), one fabric"]);
-        expect(file, &["particles", "20 steps' worth"]);
+        expect(file, &["particles", "20 times as much"]);
     }
     expect("inverse-counts.svg", &["operations", "bytes", "To solve once"]);
-    expect("inverse-cost.svg", &["time (ms)", "A step", "Rebuild in steps' worth"]);
+    expect("inverse-cost.svg", &["time (ms)", "A step", "Rebuild over one step"]);
 
     let front = "Pareto front of all methods";
     let error = "error over motion (dimensionless)";

@@ -20,6 +20,11 @@ pub(super) fn labels<'a>(all: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 pub(super) fn methods(labels_of_forms: &[&str]) -> String {
     let of = |label: &'_ &str| label.split(',').next().map_or(0, str::len);
     let names = labels(labels_of_forms.iter().map(|label| &label[..of(label)]));
+    listed(&names)
+}
+
+/// Names as text: `a`, `b` and `c`. If there are too many, the text counts the last ones.
+pub(super) fn listed(names: &[&str]) -> String {
     let shown = if names.len() > MOST + 1 { MOST } else { names.len() };
     let mut shown: Vec<String> = names[..shown].iter().map(|name| format!("`{name}`")).collect();
     if shown.len() < names.len() {
@@ -29,6 +34,35 @@ pub(super) fn methods(labels_of_forms: &[&str]) -> String {
         Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
         _ => shown.concat(),
     }
+}
+
+/// A sentence that counts forms and names their methods; `None` without any. The verb follows the
+/// number: for one form, and for several.
+pub(super) fn told(forms: &[&str], verbs: [&str; 2], rest: &str) -> Option<String> {
+    let [of_one, of_several] = verbs;
+    let (number, verb) = (forms.len(), verb(forms.len(), of_one, of_several));
+    (number > 0).then(|| format!("{} {verb} {rest}; {}.", count(number, "form"), theirs(forms)))
+}
+
+/// The names of the methods of some forms, as `its method is ..` or `their methods are ..`.
+pub(super) fn theirs(forms: &[&str]) -> String {
+    let names = methods(forms);
+    match forms.len() {
+        1 => format!("its method is {names}"),
+        _ if names.contains("` and ") => format!("their methods are {names}"),
+        _ => format!("their method is {names}"),
+    }
+}
+
+/// A number with its noun, as `1 run` or `2 runs`.
+pub(super) fn count(number: usize, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {noun}{plural}")
+}
+
+/// The verb that goes with a number: `of_one` or `of_several`.
+pub(super) fn verb<'a>(number: usize, of_one: &'a str, of_several: &'a str) -> &'a str {
+    if number == 1 { of_one } else { of_several }
 }
 
 /// The range from the least to the greatest value, as `told` writes them. `None` without values.
@@ -50,6 +84,22 @@ mod tests {
         assert_eq!(methods(&["bdf2, CG", "dirk"]), "`bdf2` and `dirk`");
         assert_eq!(methods(&["a", "b", "c", "d", "e"]), "`a`, `b`, `c`, `d` and `e`");
         assert_eq!(methods(&["a", "b", "c", "d", "e", "f"]), "`a`, `b`, `c`, `d` and 2 more");
+    }
+
+    #[test]
+    fn a_number_agrees_with_its_noun_and_its_verb() {
+        let told = |forms: &[&str]| told(forms, ["locks", "lock"], "on a table");
+        assert_eq!(told(&[]), None);
+        assert_eq!(
+            told(&["a, CG"]).as_deref(),
+            Some("1 form locks on a table; its method is `a`.")
+        );
+        let same = "2 forms lock on a table; their method is `a`.";
+        assert_eq!(told(&["a, CG", "a, IC(0)"]).as_deref(), Some(same));
+        let two = "2 forms lock on a table; their methods are `a` and `b`.";
+        assert_eq!(told(&["a", "b"]).as_deref(), Some(two));
+        assert_eq!((count(1, "run"), count(2, "run")), ("1 run".to_owned(), "2 runs".to_owned()));
+        assert_eq!((verb(1, "is", "are"), verb(0, "is", "are")), ("is", "are"));
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub(super) fn legend(unit: &str, others: &[(&str, &str)]) -> Vec<(Tile, String)>
             Tile { shade: Shade::Good, text: unit.to_owned(), is_marked: true },
             "cheapest, or a tie".to_owned(),
         ),
-        (told(Shade::Open, unit), "good, but dearer".to_owned()),
+        (told(Shade::Open, unit), "good, but costs more".to_owned()),
     ];
     let fair = others.iter().map(|(sign, text)| (told(Shade::Fair, sign), (*text).to_owned()));
     legend.extend(fair);

@@ -108,7 +108,11 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
     use animation::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "animation")?;
     let has_part = |scene: &&animation::facts::Scene| scene.id.contains(part);
-    let scene = facts.scenes.iter().find(has_part).ok_or(format!("animation: no scene {part}"))?;
+    let scene = facts.scenes.iter().find(has_part).ok_or_else(|| {
+        let record = results.join("animation.json");
+        let record = record.display();
+        format!("{record} has no scene whose id contains `{part}`; run `drape reproduce`")
+    })?;
     let timings: Vec<TimingRow> = timings(results, "animation")?;
     let time = |run: &Run| {
         let is_its = |row: &&TimingRow| {
@@ -222,8 +226,13 @@ fn nearest_at_rest(results: &Path) -> Result<Option<Rest>, String> {
 fn taught(results: &Path) -> Result<(String, String), String> {
     let facts = facts(results, "trajectory")?;
     let wins = wins(&facts, DAMPINGS[0], LEVEL);
-    let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4).ok_or("no soft sheet")?;
-    let soft = soft.1.ok_or("no winner on the soft sheet")?;
+    let lacks = |what: &str| {
+        let record = results.join("trajectory.json");
+        let (record, damping) = (record.display(), DAMPINGS[0]);
+        format!("{record} has {what} for k/m = 10⁴ s⁻² and {damping}; run `drape reproduce`")
+    };
+    let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4);
+    let soft = soft.ok_or_else(|| lacks("no sheet"))?.1.ok_or_else(|| lacks("no winner"))?;
     let why = format!(
         "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step fits on a line, \
          and the course begins with its kind",

@@ -65,34 +65,37 @@ pub(super) const LONG_PLATES: &[Plate<Input>] = &[
     },
 ];
 
-const FRAMES: &str = "Choose the panel of your fabric and find the error that you accept: the \
-                      leftmost curve there is the fastest. A panel a fabric and damping, square \
-    cloths that hang by two corners. Across: time a frame on one core. Upwards: the mean distance of \
-    the surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
-    of its forms and of its numbers of calls a frame. In colour: the methods that no other beats in \
-    most panels; grey: all others, which the table `animation-cheapest.svg` names. Grey area: below \
-    the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above a panel: \
-    methods without a sound run, under each way in which their runs fail.";
+const FRAMES: &str = "Choose the panel of your fabric and the error that you accept: the leftmost \
+    curve there is the fastest. Each panel shows one fabric with one damping; the square cloths \
+    hang from two corners. Light damping is 10⁻⁵ s times the stiffness, heavy damping 10⁻³ s \
+    times the stiffness. Across: time a frame on one core. Upwards: the mean distance of the \
+    surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
+    of its forms and of its numbers of calls a frame. Coloured methods are beaten by no other in \
+    most panels; the table `animation-cheapest.svg` names the others, which are grey. Grey area: \
+    below the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above \
+    a panel stand the methods without a sound run, by the way in which their runs fail.";
 
-const MAP: &str = "Where blue turns to yellow, perhaps over white, implicit methods take over from \
-    explicit ones. Each place names the method with the least time a frame \
-    for an error, on one core. A row is a scene at 60 frames a second, or at the rate that it \
-    names; a column an error: of the shape where the cloth hangs, of the particles at 0.3 s \
-    elsewhere, and none after seconds on a ball or in the wind. White: methods tie, and two are named. \
-    Grey: no run gets there, or the noise is more than half of that.";
+const MAP: &str = "Implicit methods take over from explicit ones where a row turns from blue to \
+    yellow: blue places name an explicit method, yellow places an implicit one. Each place names \
+    the method with the least time a frame for an error, on one core. A row is a scene at 60 \
+    frames a second, or at the rate that it names. A column is an error: of the shape where the \
+    cloth hangs, of the particles at 0.3 s elsewhere, and none after seconds on a ball or in the \
+    wind. White: methods tie, and two are named. Grey: no run reaches the error, or the noise is \
+    more than half of it.";
 
-const FRONT: &str = "The line joins the runs that no other beats in both. A panel a scene, a \
-                     marker for each stable run that moves: one form of a method with one number \
-    of substeps. Across: time a frame on one core. Upwards: the mean distance of the surfaces over \
-    the span where the cloth hangs, the distance of the particles at 0.3 s elsewhere. Dashed: good \
-    enough, 1 cm or twice the noise, and the noise of the scene, below which nothing is ranked.";
+const FRONT: &str = "The line joins the runs that no other run beats in both time and error. Each \
+    panel shows a scene; each marker is a stable run that moves, one form of a method with one \
+    number of substeps. Across: time a frame on one core. Upwards: the mean distance of the \
+    surfaces over the span where the cloth hangs, the distance of the particles at 0.3 s \
+    elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
+    which nothing is ranked.";
 
-const CHEAPEST: &str = "Marked: the cheapest of a scene and all within a factor of 1.5, a tie. The \
-                        number is the time of the cheapest run of a form, on one core, that gains \
+const CHEAPEST: &str = "Marked runs are the cheapest of a scene or tie with it, within a factor of \
+    1.5. The number is the time of the cheapest good run of a form, on one core. A good run gains \
     no energy, keeps its motion and is off by at most 1 cm or twice the noise: by shape where the \
     cloth hangs, by the particles at 0.3 s elsewhere. After seconds on a ball or in the wind no \
-    distance ranks: there a run is good if it keeps its kinetic energy within a factor of 1.5 and \
-    stretches by at most 1 % more.";
+    distance ranks the runs. There a run is good if it keeps its kinetic energy within a factor \
+    of 1.5 and stretches by at most 1 % more.";
 
 fn time(input: &Input, run: &Run) -> Option<f64> {
     let rows = &input.timings.as_ref()?.rows;

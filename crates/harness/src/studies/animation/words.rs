@@ -1,18 +1,18 @@
 //! The words of the study `animation`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, GOOD, LIVELY, Measure, Run, STRETCHED, Scene};
-use crate::studies::names::{labels, methods, range};
+use crate::studies::names::{count, labels, methods, range, told, verb};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
-    "What must be paid for a frame that neither explodes, stands still nor shows a wrong shape?";
+    "What does a frame cost that neither explodes, stands still nor shows a wrong shape?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "work-precision"];
 /// The question of the long study.
 pub(super) const LONG_QUESTION: &str =
-    "Does the answer of `animation` hold for larger cloth and for five seconds?";
+    "Do the findings for small cloth and short scenes hold for larger cloth and for five seconds?";
 /// Studies that a reader should know before the long study.
 pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
@@ -37,14 +37,15 @@ pub(super) fn long(facts: &Facts) -> Words {
     let mut ran = facts.clone();
     ran.scenes.retain(|scene| runs(facts, scene).next().is_some());
     let Words { conclusion, observations, mut caveats } = words(&ran);
+    let have = |n: usize| format!("{} {}", count(n, "method"), verb(n, "has", "have"));
     for missing in &facts.missing {
         let (not_run, not_timed) = (missing.not_run.len(), missing.not_timed.len());
         let what = if not_run > 0 {
-            format!("{not_run} methods are not run")
+            format!("{} not been run", have(not_run))
         } else {
-            format!("{not_timed} methods are not timed")
+            format!("{} not been timed", have(not_timed))
         };
-        caveats.push(format!("On the scene \u{201c}{}\u{201d} {what} yet.", missing.scene));
+        caveats.push(format!("On the scene \u{201c}{}\u{201d}, {what} yet.", missing.scene));
     }
     if !facts.missing.is_empty() {
         caveats.push("`drape reproduce --long` runs what is missing.".to_owned());
@@ -52,24 +53,24 @@ pub(super) fn long(facts: &Facts) -> Words {
     let early = ran.scenes.iter().filter(|scene| scene.measure == Measure::Trajectory);
     for scene in early {
         caveats.push(format!(
-            "On the scene \u{201c}{}\u{201d} the distance at 0.3 s ranks: the time after it decides \
-             only whether a run is stable.",
+            "On the scene \u{201c}{}\u{201d}, the distance at 0.3 s ranks the runs; the time \
+             after it only decides whether a run is stable.",
             scene.id
         ));
     }
     let apart = ran.scenes.iter().filter(|scene| scene.shape_floor_m >= APART_M);
     for scene in apart {
         caveats.push(format!(
-            "On the scene \u{201c}{}\u{201d} two true motions are {} m apart in the mean: which way the \
-             cloth goes is chance there.",
+            "On the scene \u{201c}{}\u{201d}, two true motions are {} m apart on average: chance \
+             decides which way the cloth goes.",
             scene.id,
             significant(scene.shape_floor_m, 2)
         ));
     }
     if ran.scenes.iter().any(|scene| scene.measure == Measure::Kept) {
         caveats.push(
-            "After seconds on a ball or in the wind two true motions are as far apart as any two \
-             runs: no distance ranks there."
+            "After seconds on a ball or in the wind, two true motions are as far apart as any two \
+             runs, so no distance ranks the runs there."
                 .to_owned(),
         );
     }
@@ -110,7 +111,10 @@ fn in_one_call(facts: &Facts) -> Option<String> {
     let said = match most {
         0 => "One call a frame is enough for no form.".to_owned(),
         most if most == all => {
-            format!("One call a frame is enough in every scene with {}.", methods(&names))
+            format!(
+                "One call a frame is enough in every scene that was run, with {}.",
+                methods(&names)
+            )
         }
         most => format!(
             "One call a frame is enough in at most {most} of {all} scenes, with {}.",
@@ -127,7 +131,7 @@ fn scale(facts: &Facts) -> String {
         "keeps its kinetic energy within a factor of {LIVELY} and stretches by at most {} % more",
         100.0 * STRETCHED
     );
-    let near = format!("is off by {} mm or twice the noise", mm(GOOD));
+    let near = format!("is off by at most {} mm or twice the noise", mm(GOOD));
     let ends = "after seconds on a ball or in the wind";
     match (has(|measure| measure != Measure::Kept), has(|measure| measure == Measure::Kept)) {
         (true, true) => format!("A frame is good if it {near}; {ends}, if it {kept}."),
@@ -144,7 +148,9 @@ fn explicit(facts: &Facts) -> Option<String> {
     };
     let needs: Vec<_> = facts.scenes.iter().filter_map(least).collect();
     let calls = range(&needs, |calls| calls.to_string())?;
-    Some(format!("Where stiffness limits the step, a good frame takes at least {calls} calls."))
+    Some(format!(
+        "Where stiffness limits the step, a good frame takes at least {calls} calls, by scene."
+    ))
 }
 
 /// The largest error of the best run with one call a frame, over all scenes.
@@ -155,19 +161,17 @@ fn nearest(facts: &Facts) -> Option<String> {
     };
     let most = facts.scenes.iter().filter_map(best).reduce(f64::max)?;
     let most = mm(most);
-    Some(format!("With one call a frame the nearest run of a scene is off by at most {most} mm."))
-}
-
-/// A sentence that counts forms and names their methods; `None` without any.
-fn told(what: &str, names: &[&str]) -> Option<String> {
-    (!names.is_empty()).then(|| format!("{what}: {} forms, of {}.", names.len(), methods(names)))
+    Some(format!(
+        "With one call a frame, the best sound run of a scene is off by at most {most} mm."
+    ))
 }
 
 /// Forms that lose more than half of the motion in some scene at one call a frame.
 fn still(facts: &Facts) -> Option<String> {
     let own = facts.runs.iter().filter(|run| run.substeps == 1);
     let still = forms(own.filter(|run| run.verdict == Verdict::Locked));
-    told("With one call a frame more than half of the motion is lost somewhere", &still)
+    let rest = "more than half of the motion in some scene with one call a frame";
+    told(&still, ["loses", "lose"], rest)
 }
 
 /// Forms that gain energy although stiffness does not limit them.
@@ -178,13 +182,14 @@ fn gaining(facts: &Facts) -> Option<String> {
             && matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
     };
     let gaining = forms(facts.runs.iter().filter(gains));
-    told("With one to four calls a frame energy is gained somewhere", &gaining)
+    let verbs = ["without a stiffness limit gains energy", "without a stiffness limit gain energy"];
+    told(&gaining, verbs, "in some scene with one to four calls a frame")
 }
 
 /// Forms with which the cloth slides off the ball.
 fn lost(facts: &Facts) -> Option<String> {
     let lost = facts.runs.iter().filter(|run| run.verdict == Verdict::LostContact);
-    told("The cloth slides off the ball, which it should not", &forms(lost))
+    told(&forms(lost), ["lets", "let"], "the cloth slide off the ball, where it should stay")
 }
 
 /// Forms without a good run.
@@ -197,7 +202,27 @@ fn never(facts: &Facts) -> Option<String> {
     };
     let all = forms(facts.runs.iter());
     let never: Vec<_> = all.into_iter().filter(|label| !is_good(label)).collect();
-    told("No number of calls that was tried is good anywhere", &never)
+    told(&never, ["has", "have"], "no good run in any scene")
+}
+
+/// The good run with the most force evaluations in a call, of those with one call a frame. Its
+/// stages are not counted as calls.
+fn evaluations(facts: &Facts) -> Option<String> {
+    let per_call = |scene: &Scene, run: &Run| {
+        run.counts.force_evaluations as f64 / (scene.span_s * f64::from(scene.frames_per_s))
+    };
+    let good = facts.scenes.iter().flat_map(|scene| {
+        let own = runs(facts, scene).filter(move |run| run.substeps == 1 && run.is_good(scene));
+        own.map(move |run| (per_call(scene, run), run.label.as_str()))
+    });
+    let (most, label) = good.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (most > 1.0).then(|| {
+        format!(
+            "A call may have many stages: one call of {} evaluates the forces up to {} times.",
+            methods(&[label]),
+            significant(most, 2)
+        )
+    })
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
@@ -206,21 +231,23 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let ranked = facts.scenes.iter().filter(|scene| scene.measure != Measure::Kept);
     if let Some(floor) = ranked.map(Scene::floor_m).reduce(f64::max) {
         caveats.push(format!(
-            "One micrometre at the start moves what ranks by up to {} mm: smaller errors rank \
-             nothing.",
+            "A start that differs by 1 µm changes the ranking error by up to {} mm; smaller errors \
+             mean nothing.",
             mm(floor)
         ));
     }
     if let Some(spans) = range(&of(&|scene| scene.span_s), |span| significant(span, 2)) {
-        let longer = "cloth that folds for longer is noise";
+        let longer = "where cloth folds for longer, noise hides the errors";
         caveats.push(format!("A scene lasts {spans} s; {longer}."));
     }
     let is_thin = |scene: &&Scene| !scene.has_all_forms;
     let thin = facts.scenes.iter().filter(is_thin).count();
     if thin > 0 {
-        caveats.push(format!("{thin} scenes run one form of each method."));
+        let scenes = format!("{} {}", count(thin, "scene"), verb(thin, "runs", "run"));
+        caveats.push(format!("{scenes} only one form of each method."));
     }
-    caveats.push("A form is one choice of settings; tuning may move it.".to_owned());
+    caveats.extend(evaluations(facts));
+    caveats.push("A form is one choice of settings; tuning may change its place.".to_owned());
     caveats
 }
 
@@ -291,17 +318,21 @@ mod tests {
         let said = words(&facts);
         assert_eq!(
             said.conclusion,
-            "A frame is good if it is off by 10 mm or twice the noise. One call a frame is enough \
-             in every scene with `good`. Where stiffness limits the step, a good frame takes at \
-             least 48 calls."
+            "A frame is good if it is off by at most 10 mm or twice the noise. One call a frame is \
+             enough in every scene that was run, with `good`. Where stiffness limits the step, a \
+             good frame takes at least 48 calls, by scene."
         );
         let all = said.observations.join(" ");
         for sentence in [
-            "With one call a frame the nearest run of a scene is off by at most 2.0 mm.",
-            "more than half of the motion is lost somewhere: 1 forms, of `still`.",
-            "With one to four calls a frame energy is gained somewhere: 1 forms, of `loud`.",
-            "slides off the ball, which it should not: 1 forms, of `slippery`.",
-            "is good anywhere: 3 forms, of `still`, `loud` and `slippery`.",
+            "With one call a frame, the best sound run of a scene is off by at most 2.0 mm.",
+            "1 form loses more than half of the motion in some scene with one call a frame; its \
+             method is `still`.",
+            "1 form without a stiffness limit gains energy in some scene with one to four calls a \
+             frame; its method is `loud`.",
+            "1 form lets the cloth slide off the ball, where it should stay; its method is \
+             `slippery`.",
+            "3 forms have no good run in any scene; their methods are `still`, `loud` and \
+             `slippery`.",
         ] {
             assert!(all.contains(sentence), "{sentence}: {all}");
         }
@@ -337,14 +368,15 @@ mod tests {
                      stretches by at most 1 % more. One call a frame is enough in every scene";
         assert!(said.conclusion.starts_with(scale), "{said:?}");
         let caveats = said.caveats.join(" ");
-        assert!(caveats.contains("no distance ranks there."), "{caveats}");
+        assert!(caveats.contains("no distance ranks the runs there."), "{caveats}");
         let lost = Scene { measure: Measure::Trajectory, shape_floor_m: 3.9, ..scene() };
         let runs = vec![run("near", 1, Verdict::Stable, 0.001)];
         let told = long(&Facts { scenes: vec![lost], runs, missing: Vec::new() }).caveats.join(" ");
-        for sentence in ["the distance at 0.3 s ranks", "two true motions are 3.9 m apart"] {
+        for sentence in ["the distance at 0.3 s ranks the runs", "two true motions are 3.9 m apart"]
+        {
             assert!(told.contains(sentence), "{sentence}: {told}");
         }
-        assert!(!caveats.contains("micrometre"), "{caveats}");
+        assert!(!caveats.contains("1 µm"), "{caveats}");
     }
 
     #[test]
@@ -364,10 +396,12 @@ mod tests {
         let empty = Scene { id: "t".to_owned(), ..scene() };
         let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
         // A scene without runs does not count as a failure of the method.
-        assert!(said.conclusion.contains("in every scene with `good`"), "{said:?}");
+        assert!(said.conclusion.contains("in every scene that was run, with `good`"), "{said:?}");
         let caveats = said.caveats.join(" ");
         assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");
-        for sentence in ["2 methods are not run yet.", "1 methods are not timed yet.", "--long"] {
+        for sentence in
+            ["2 methods have not been run yet.", "1 method has not been timed yet.", "--long"]
+        {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }
     }

@@ -43,11 +43,11 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-plain-vs-updated.svg",
         title: "CG iterations per step, plain and updated",
-        caption: "Updates cost iterations: as printed (updated-paper) some more than plain CG, and \
-            unstable on stiff sheets; safeguarded (updated-robust) many more, and always stable. \
-            Hanging textile, ic0, h = 0.01 s, ε = 0.05; iterations of all passes per step against \
-            k/m. Above h²k/m = 100 the safeguarded form does not become free: it takes Newton \
-            iterations instead, each with a factorisation.",
+        caption: "Updates cost iterations. As printed (updated-paper) they take some more than \
+            plain CG and are unstable on stiff sheets; safeguarded (updated-robust) they take \
+            many more and are always stable. Hanging textile, ic0, h = 0.01 s, ε = 0.05; \
+            iterations of all passes per step against k/m. Above h²k/m = 100 the safeguarded form \
+            takes Newton iterations instead, each with a factorisation.",
         draw: Draw::Sheet(plain_and_updated),
     },
     Plate {
@@ -62,10 +62,10 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "cg-vs-forcing-term.svg",
         title: "CG iterations per step against the forcing term",
-        caption: "Updated CG needs a tight tolerance on the stiff sheet, and pays for it: loosely \
-            solved it is unstable. Hanging textile, ic0, extrapolated start, h = 0.01 s; CG \
-            iterations per step against the forcing term ε, the relative tolerance at which the \
-            solver stops (tight on the left), a curve for each k/m.",
+        caption: "Updated CG needs a tight tolerance on the stiff sheet, which costs iterations; \
+            with a loose one it is unstable. Hanging textile, ic0, extrapolated start, h = 0.01 \
+            s; CG iterations per step against the forcing term ε, the relative tolerance at which \
+            the solver stops (tight on the left), a curve for each k/m.",
         draw: Draw::Sheet(against_forcing_term),
     },
     Plate {

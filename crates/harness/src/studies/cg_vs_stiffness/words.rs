@@ -1,6 +1,7 @@
 //! The words of the study `cg-vs-stiffness`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::verb;
 use drape_report::number::{power, setting, significant};
 use drape_report::{Verdict, Words};
 
@@ -71,13 +72,13 @@ fn plain_fall(facts: &Facts) -> Option<String> {
     let least = shares.iter().map(|(_, share)| *share).reduce(f64::min)?;
     Some(match shares.iter().find(|(_, share)| *share < HALF) {
         Some((k, share)) => format!(
-            "Few iterations are no success: at {} its sheet falls only {} % as far as that of \
+            "Few iterations do not mean success: at {} its sheet falls only {} % as far as with \
              backward Euler.",
             k_over_m(*k),
             significant(100.0 * share, 2)
         ),
         None => format!(
-            "Its sheet falls at least {} % as far as that of backward Euler.",
+            "Its sheet falls at least {} % as far as with backward Euler.",
             significant(100.0 * least, 2)
         ),
     })
@@ -86,9 +87,10 @@ fn plain_fall(facts: &Facts) -> Option<String> {
 fn updated_fall(facts: &Facts) -> Option<String> {
     let shares = shares(facts, UPDATED_MOTION);
     let off = shares.iter().map(|(_, share)| (share - 1.0).abs()).reduce(f64::max)?;
-    let far = if off < 0.01 { "falls as far" } else { "falls differently" };
+    let far =
+        if off < 0.01 { "as far as with backward Euler, within" } else { "differently, by up to" };
     let off = significant(100.0 * off, 1);
-    Some(format!("With updated, safeguarded CG it {far}: the falls differ by at most {off} %."))
+    Some(format!("With updated, safeguarded CG it falls {far} {off} %."))
 }
 
 /// The iterations that preconditioner and start vector save.
@@ -121,10 +123,11 @@ fn loose(facts: &Facts) -> Option<String> {
     let gaining = plain.filter(|cell| cell.verdict != Verdict::Stable);
     let most = gaining.clone().max_by(|a, b| a.energy_gain_j.total_cmp(&b.energy_gain_j))?;
     let extrapolated = gaining.clone().filter(|cell| cell.start == BASE_START).count();
+    let number = gaining.count();
     Some(format!(
-        "{} of {all} runs of plain CG gain energy, {extrapolated} of them with the extrapolated \
-         start; in the worst, {} of {} steps take no iteration.",
-        gaining.count(),
+        "{number} of {all} runs of plain CG {} energy, {extrapolated} of them with the \
+         extrapolated start; in the worst, {} of {} steps take no iteration.",
+        verb(number, "gains", "gain"),
         most.idle_steps,
         most.steps
     ))
@@ -167,16 +170,16 @@ fn step(facts: &Facts) -> Option<String> {
     let cells = facts.cells.iter().filter(|cell| cell.series == STEP && cell.variant == PLAIN);
     let stiffest = cells.clone().map(|c| c.stiffness_over_mass_per_s2).reduce(f64::max)?;
     let cells = cells.filter(|cell| cell.stiffness_over_mass_per_s2 == stiffest);
-    let cheapest = cells.clone().min_by_key(|cell| cell.cg_iterations)?;
-    let dearest = cells.max_by_key(|cell| cell.cg_iterations)?;
+    let fewest = cells.clone().min_by_key(|cell| cell.cg_iterations)?;
+    let most = cells.max_by_key(|cell| cell.cg_iterations)?;
     Some(format!(
-        "At {} one second of plain CG is cheapest with h = {} s ({} iterations) and dearest with \
-         h = {} s ({}).",
+        "At {}, one second of plain CG takes the fewest iterations with h = {} s ({}) and the most \
+         with h = {} s ({}).",
         k_over_m(stiffest),
-        setting(cheapest.step_s),
-        cheapest.cg_iterations,
-        setting(dearest.step_s),
-        dearest.cg_iterations
+        setting(fewest.step_s),
+        fewest.cg_iterations,
+        setting(most.step_s),
+        most.cg_iterations
     ))
 }
 
@@ -192,7 +195,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
             "The scene is one hanging textile, with {} particles, for one second.",
             names.join(" and ")
         ),
-        "A count of a run that gained energy belongs to another motion.".to_owned(),
+        "A run that gained energy follows another motion, so its count is not comparable."
+            .to_owned(),
     ];
     caveats.extend(sizes.into_iter().filter_map(|particles| {
         let robust = greatest(particles, UPDATED_ROBUST)?;

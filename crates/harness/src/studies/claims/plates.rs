@@ -14,19 +14,19 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "claims.svg",
         title: "Which of the paper's claims hold",
-        caption: "The first tile of a line shows where a claim of the paper stands in all, the \
-                  others what each reading of its words makes of it; its section stands in \
-                  brackets. It depends if the readings disagree. The readings, with numbers, \
-                  reasons and repairs, stand in the tables below.",
+        caption: "The first tile of a line shows the verdict on a claim of the paper, the others \
+            the verdict on each reading of its words; its section stands in brackets. A claim \
+            depends on the reading if the readings disagree. The tables below give the readings \
+            with their numbers, reasons and repairs.",
         draw: Draw::Matrix(of_paper),
     },
     Plate {
         file: "claims-modern.svg",
         title: "Which expectations about later methods hold",
-        caption: "What came out for each expectation about methods that were published after the \
-                  paper. Calculations on a similar sheet suggested these expectations; no paper \
-                  makes them. They are judged by modelled time; counted work, which they asked for \
-                  at first, gave the same verdicts.",
+        caption: "Each line shows the result for an expectation about methods that were published \
+            after the paper. Calculations on a similar sheet suggested these expectations; no \
+            paper makes them. Modelled time judges them; counted work, which they named at first, \
+            gives the same verdicts.",
         draw: Draw::Matrix(of_later_methods),
     },
 ];

@@ -2,6 +2,7 @@
 
 use super::facts::{Facts, Row, Ruling};
 use crate::claims::{Claim, Evidence, Origin, Standing, all, find, is_expectation, standing};
+use crate::studies::names::{count, verb};
 use drape_report::Words;
 
 /// The question that the study answers.
@@ -36,9 +37,8 @@ pub(super) fn words(facts: &Facts) -> Words {
         "A claim is general; its verdict holds for the scenes that were run, and another reading \
          may overturn it."
             .to_owned(),
-        "Counted work decides claims about time; where measured seconds disagree, the ledger says \
-         so."
-        .to_owned(),
+        "Counted work decides claims about time; the ledger says where measured seconds disagree."
+            .to_owned(),
     ]);
     if !later.is_empty() {
         caveats.push(
@@ -49,7 +49,8 @@ pub(super) fn words(facts: &Facts) -> Words {
     let rounded = facts.claims.iter().filter(|row| !row.portable).count();
     if rounded > 0 {
         caveats.push(format!(
-            "Numbers of {rounded} claims may differ in their last digits between machines."
+            "Numbers of {} may differ in their last digits between machines.",
+            count(rounded, "claim")
         ));
     }
     let observations = [unrepaired(&rows), worst(&rows), open(&rows), held(&later)];
@@ -72,9 +73,13 @@ fn tally(rows: &[&Row], what: &str) -> String {
     };
     let reading =
         if depends > 1 && undecided > 0 { format!("{depends} depend") } else { reading.to_owned() };
-    let open = if undecided > 0 { format!("; {undecided} are undecided") } else { String::new() };
+    let open = match undecided {
+        0 => String::new(),
+        n => format!("; {n} {} undecided", verb(n, "is", "are")),
+    };
     let all = rows.len();
-    format!("Of {all} {what}, {holds} hold and {fails} fail; {reading} on the reading{open}.")
+    let (hold, fail) = (verb(holds, "holds", "hold"), verb(fails, "fails", "fail"));
+    format!("Of {all} {what}, {holds} {hold} and {fails} {fail}; {reading} on the reading{open}.")
 }
 
 /// Which expectations about later methods hold.
@@ -96,8 +101,8 @@ fn unrepaired(rows: &[&Row]) -> Option<String> {
     let repaired = failing.iter().filter(is_repaired).count();
     (!failing.is_empty()).then(|| {
         format!(
-            "A remedy was measured for {repaired} of the {} claims whose criterion fails.",
-            failing.len()
+            "A remedy was measured for {repaired} of {} whose criterion fails.",
+            count(failing.len(), "claim")
         )
     })
 }
@@ -119,7 +124,8 @@ fn worst(rows: &[&Row]) -> Option<String> {
     let (section, holding, all) = *sections.first()?;
     let is_tie = sections.get(1).is_some_and(|next| share(next) == share(&sections[0]));
     (!is_tie).then(|| {
-        format!("Section {section} fares worst: {holding} of {all} claims hold in every reading.")
+        let hold = verb(holding, "holds", "hold");
+        format!("Section {section} does worst: {holding} of {all} claims {hold} in every reading.")
     })
 }
 
@@ -157,21 +163,22 @@ mod tests {
         let said = words(&Facts { claims: rows.to_vec() });
         assert_eq!(
             said.conclusion,
-            "Of 4 claims of the paper, 2 hold and 1 fail; none depends on the reading; 1 are undecided."
+            "Of 4 claims of the paper, 2 hold and 1 fails; none depends on the reading; 1 is \
+             undecided."
         );
         assert_eq!(
             said.observations[0],
-            "A remedy was measured for 0 of the 1 claims whose criterion fails."
+            "A remedy was measured for 0 of 1 claim whose criterion fails."
         );
         assert!(
-            said.observations[1].starts_with("Section 3 fares worst"),
+            said.observations[1].starts_with("Section 3 does worst"),
             "{:?}",
             said.observations
         );
-        assert!(said.observations[1].ends_with("1 of 3 claims hold in every reading."));
+        assert!(said.observations[1].ends_with("1 of 3 claims holds in every reading."));
         assert!(said.observations[2].ends_with("in part: C09."));
         assert!(said.caveats[0].contains("4 of 29"), "{:?}", said.caveats);
-        assert!(said.caveats.iter().any(|caveat| caveat.starts_with("Numbers of 1 claims")));
+        assert!(said.caveats.iter().any(|caveat| caveat.starts_with("Numbers of 1 claim ")));
     }
 
     /// An expectation is no claim of the paper: neither its count nor its sections change.
@@ -181,10 +188,10 @@ mod tests {
         let later = [row("M01", Ruling::Holds, true), row("M02", Ruling::Fails, true)];
         let alone = words(&Facts { claims: paper.to_vec() });
         let both = words(&Facts { claims: paper.into_iter().chain(later).collect() });
-        let first = "Of 2 claims of the paper, 1 hold and 1 fail; none depends on the reading.";
+        let first = "Of 2 claims of the paper, 1 holds and 1 fails; none depends on the reading.";
         assert_eq!(alone.conclusion, first);
-        let second = "Of 2 expectations about later methods, 1 hold and 1 fail; none depends on the \
-                      reading.";
+        let second = "Of 2 expectations about later methods, 1 holds and 1 fails; none depends on \
+                      the reading.";
         assert_eq!(both.conclusion, format!("{first} {second}"));
         let held = "Expectations about later methods that hold: M01.".to_owned();
         assert_eq!(both.observations, [alone.observations, vec![held]].concat());

@@ -16,41 +16,39 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "collision-iterations.svg",
         title: "Iterations in contact, over those with the velocity constraint",
-        caption: "Few solid points lie right of the dashed line at 2, the severe increase that the \
-            paper reports. Iterations a step from the first contact on, over those with its \
-            velocity constraint; a line is a scene: obstacle, speed (m/s), k/m (s⁻²). Position: \
-            altered within the step; teleport: moved by hand after it. Crossed out: a run gains \
-            energy.",
+        caption: "Few solid points lie right of the dashed line at 2, which marks the severe \
+            increase that the paper reports. Iterations a step from the first contact on, over \
+            those with the velocity constraint. Each line is a scene: obstacle, speed (m/s), k/m \
+            (s⁻²). Position: altered within the step; teleport: moved by hand after it. Crossed \
+            out: a run gains energy.",
         draw: Draw::Sheet(iterations),
     },
     Plate {
         file: "collision-course.svg",
         title: "Iterations step by step: a sheet falls on a table at 3 m/s",
-        caption: "The counts rise at the contact with the constraint too: cloth in contact is \
-                  harder to solve for, whatever is done to positions. Iterations of each step of \
-            0.01 s; 20 × 20 particles meet the table shortly before 0.1 s. Left k/m = 10⁴ s⁻², \
-            right 10⁶ s⁻²; above IMEX Euler, below Baraff and Witkin's \
-            step.",
+        caption: "The counts rise at the contact with the constraint too, because cloth in contact \
+            is harder to solve for. Iterations of each step of 0.01 s; 20 × 20 particles meet the \
+            table shortly before 0.1 s. Left k/m = 10⁴ s⁻², right 10⁶ s⁻²; above IMEX Euler, \
+            below Baraff and Witkin's step.",
         draw: Draw::Sheet(course),
     },
     Plate {
         file: "collision-depth.svg",
         title: "How deep particles get into an obstacle",
-        caption: "No particle gets deeper than one step can carry it (dashed line at 1). Greatest \
-                  depth at the end of a step, before anything is moved by hand, over v h, the way \
-            of the fastest particle in a step. A point is a scene, a line a method with its way \
-            out. Particles inside are drawn on the \
-            surface.",
+        caption: "No particle penetrates deeper than one step can carry it (dashed line at 1). \
+            Greatest depth at the end of a step, before particles are moved by hand, over v h, \
+            the way of the fastest particle in a step. Each point is a scene, each line a method \
+            with its way of handling contact. Particles inside are drawn on the surface.",
         draw: Draw::Sheet(depth),
     },
     Plate {
         file: "collision-energy.svg",
         title: "Energy gained by contacts",
-        caption: "Moved by hand (teleport), stiff sheets gain up to thirty times the energy that \
-                  is \
-            there; with the constraint most methods gain none. Greatest rise of the total energy \
-            above its start, over the available energy; a point is a scene. Right of the dashed \
-            line at 0.02 a run is not stable. Every gain is an artefact.",
+        caption: "Stiff sheets whose particles are moved by hand (teleport) gain up to thirty \
+            times the available energy; with the constraint most methods gain none. Greatest rise \
+            of the total energy above its start, over the available energy; each point is a \
+            scene. Right of the dashed line at 0.02 a run is not stable. Every gain is an \
+            artefact.",
         draw: Draw::Sheet(energy),
     },
 ];

@@ -1,12 +1,13 @@
 //! The words of the study `collision`: its question, and the findings from its numbers.
 
 use super::facts::{Bounce, Facts, Increase, POSITION, SEVERE, TELEPORT, VELOCITY, factors};
+use crate::studies::names::{count, verb};
 use drape_report::number::{setting, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Does the velocity constraint resolve contacts with fewer \
-                                   iterations and less energy than altering positions?";
+                                   iterations and less energy gain than altering positions?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["tables"];
 
@@ -24,8 +25,8 @@ pub(super) fn words(facts: &Facts) -> Words {
         sentences => sentences.join(" "),
     };
     let observations = [
-        range(&factors, POSITION, "altering positions within the step"),
-        range(&factors, TELEPORT, "moving particles by hand"),
+        range(&factors, POSITION, "Altering positions within the step"),
+        range(&factors, TELEPORT, "Moving particles by hand"),
         onset(facts),
         depth(facts),
         rebounds(facts),
@@ -70,7 +71,7 @@ fn energy(facts: &Facts) -> Option<String> {
     let harm = if is_harm {
         "Moving particles by hand adds energy"
     } else {
-        "Neither way is free of energy"
+        "Moving particles by hand adds energy no more often than the constraint"
     };
     (all_moved > 0 && all > 0).then(|| {
         format!(
@@ -88,10 +89,10 @@ fn range(factors: &[Increase<'_>], way_out: &str, what: &str) -> Option<String> 
     let least = all.iter().copied().reduce(f64::min)?;
     let most = all.iter().copied().reduce(f64::max)?;
     Some(format!(
-        "Iterations with {what} are {} to {} times those with the constraint ({} runs).",
+        "{what} takes {} to {} times the iterations of the constraint ({}).",
         significant(least, 2),
         significant(most, 3),
-        all.len()
+        count(all.len(), "run")
     ))
 }
 
@@ -101,8 +102,8 @@ fn onset(facts: &Facts) -> Option<String> {
     let least = rises.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let most = rises.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(format!(
-        "Contact itself raises the iterations a step: with the constraint {} times ({}) to {} \
-         times ({}).",
+        "With the constraint, a step in contact takes {} ({}) to {} times ({}) the iterations of a \
+         step before.",
         significant(least.1, 2),
         least.0,
         significant(most.1, 2),
@@ -114,18 +115,16 @@ fn depth(facts: &Facts) -> Option<String> {
     let deeper = facts.rows.iter().filter(|row| row.depth_over_reach > 1.0).count();
     let shown = facts.rows.iter().map(|row| row.displayed_depth_m).reduce(f64::max)?;
     let shown = if shown <= SHOWN {
-        "none shows any depth".to_owned()
+        "no depth is visible".to_owned()
     } else {
-        format!("up to {} m of it show", significant(shown, 2))
+        format!("a depth of up to {} m is visible", significant(shown, 2))
     };
     let deeper = match deeper {
-        0 => "No run".to_owned(),
-        n => format!("{n} of {} runs", facts.rows.len()),
+        0 => "No particle penetrates".to_owned(),
+        n => format!("In {n} of {}, a particle penetrates", count(facts.rows.len(), "run")),
     };
     Some(format!(
-        "{deeper} lets a particle get deeper than the fastest one moves in a step; with auxiliary \
-         particles \
-         {shown}."
+        "{deeper} deeper than the fastest one moves in a step; with auxiliary particles, {shown}."
     ))
 }
 
@@ -134,14 +133,19 @@ fn rebounds(facts: &Facts) -> Option<String> {
     let errors = facts.bounces.iter().filter_map(Bounce::height_error).map(f64::abs);
     let height = errors.reduce(f64::max)?;
     let speeds = match missed {
-        0 => format!("All {} rebounds meet the restitution within {MET}", facts.bounces.len()),
+        0 => {
+            let all = facts.bounces.len();
+            format!("{all} of {all} rebounds meet the restitution within {MET}")
+        }
         n => format!(
-            "{n} of {} rebounds miss the restitution by more than {MET}",
-            facts.bounces.len()
+            "{n} of {} rebounds {} the restitution by more than {MET}",
+            facts.bounces.len(),
+            verb(n, "misses", "miss")
         ),
     };
     Some(format!(
-        "{speeds}; heights are off by up to {} %, by where within a step the surface is met.",
+        "{speeds}; heights are off by up to {} %, because particles meet the surface within a \
+         step.",
         significant(100.0 * height, 2)
     ))
 }
@@ -150,7 +154,9 @@ fn caveats(facts: &Facts, factors: &[Increase<'_>]) -> Vec<String> {
     let left_out: usize = factors.iter().map(|factor| factor.unstable).sum();
     let left_out = (left_out > 0).then(|| {
         format!(
-            "{left_out} runs are not compared by iterations: they or their partner gain energy."
+            "{} {} not compared by iterations: the run or its partner gains energy.",
+            count(left_out, "run"),
+            verb(left_out, "is", "are")
         )
     });
     let particles = facts.scenes.first().map(|scene| {

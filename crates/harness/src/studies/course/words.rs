@@ -2,12 +2,13 @@
 
 use super::facts::*;
 pub(super) use super::lessons::lesson;
+use crate::studies::names;
 use drape_report::number::{power, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What can each method, from explicit Euler to two-step IMEX, do \
-     that the one before it could not?";
+pub(super) const QUESTION: &str = "What can each method of the course do that the one before it \
+     could not?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &[];
 
@@ -52,7 +53,7 @@ fn stable(facts: &Facts) -> Option<String> {
     let k: Vec<_> =
         facts.scenes.iter().map(|scene| power(scene.stiffness_over_mass_per_s2)).collect();
     Some(format!(
-        "With steps of {step} s {stable} of {} methods are stable at k/m = {} s⁻².",
+        "With steps of {step} s, {stable} of {} methods are stable at k/m = {} s⁻².",
         facts.lessons.len(),
         k.join(" and ")
     ))
@@ -64,7 +65,8 @@ fn moving(facts: &Facts) -> Option<String> {
     Some(match moving.len() {
         0 => format!("None keeps at least {} % of the motion.", significant(100.0 * MOVES, 2)),
         count => format!(
-            "Of these {count} keep at least {} % of the motion{}.",
+            "Of these, {count} {} at least {} % of the motion{}.",
+            names::verb(count, "keeps", "keep"),
             significant(100.0 * MOVES, 2),
             listed(&moving)
         ),
@@ -78,7 +80,7 @@ fn cheapest(facts: &Facts) -> Option<String> {
         .iter()
         .max_by(|a, b| a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2))?;
     let (least, _) = *by_work(facts, stiffest).first()?;
-    Some(format!("On the stiffest sheet {} does so with the least work.", least.id))
+    Some(format!("On the stiffest sheet, {} keeps this much with the least work.", least.id))
 }
 
 fn unstable(facts: &Facts) -> Option<String> {
@@ -89,7 +91,12 @@ fn unstable(facts: &Facts) -> Option<String> {
         .map(|lesson| lesson.id.as_str())
         .collect();
     (!failing.is_empty()).then(|| {
-        format!("{} methods are not stable at every stiffness{}.", failing.len(), listed(&failing))
+        format!(
+            "{} {} not stable at every stiffness{}.",
+            names::count(failing.len(), "method"),
+            names::verb(failing.len(), "is", "are"),
+            listed(&failing)
+        )
     })
 }
 
@@ -100,7 +107,7 @@ fn locked(facts: &Facts) -> Option<String> {
     let (worst, motion) = lossy.min_by(|a, b| a.1.total_cmp(&b.1))?;
     (motion < MOVES).then(|| {
         format!(
-            "Stable is not moving: {} keeps only {} % of the motion in its worst run.",
+            "Stability does not imply motion: {} keeps only {} % of the motion in its worst run.",
             worst.id,
             significant(100.0 * motion, 2)
         )
@@ -112,8 +119,7 @@ fn work(facts: &Facts, scene: &Scene) -> Option<String> {
     let moving = by_work(facts, scene);
     let ((least, cheap), (most, dear)) = (moving.first()?, moving.last()?);
     Some(format!(
-        "At k/m = {} s⁻² the work of methods that move is from {} ({}) to {} ms of \
-         modelled time ({}).",
+        "At k/m = {} s⁻², methods that move take from {} ms ({}) to {} ms ({}) of modelled time.",
         power(scene.stiffness_over_mass_per_s2),
         significant(1e3 * cheap.modelled_s, 3),
         least.id,
@@ -128,8 +134,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
         facts.lessons.iter().filter(divides).map(|lesson| lesson.id.as_str()).collect();
     let divided = (!divided.is_empty()).then(|| {
         format!(
-            "Divided by their limit: the steps of {}. Stages and substeps of others belong to \
-             their step.",
+            "Only the steps of {} are divided until they are stable. Stages and substeps of others \
+             are part of a step.",
             divided.join(" and ")
         )
     });
@@ -138,8 +144,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
         format!("The true motion is known to {} m in the first second.", significant(error, 2))
     });
     let fixed = [
-        "One sheet with one damping; another one may rank the methods otherwise.".to_owned(),
-        "Times are counted work at measured prices, not a clock's.".to_owned(),
+        "One sheet runs with one damping; another may rank the methods differently.".to_owned(),
+        "Times are counted work at measured prices, not measured times.".to_owned(),
     ];
     fixed.into_iter().chain(divided).chain(error).collect()
 }

@@ -14,8 +14,8 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "effects-support.svg",
     title: "Which method takes which effect, and how",
-    caption: "Every method takes every effect but friction with CNLF, which is refused by name. A \
-            row is an effect, a column a method. I: implicit, at the new time level; E: \
+    caption: "Most methods take most effects; a method refuses by name what it cannot honour (R). \
+            A row is an effect, a column a method. I: implicit, at the new time level; E: \
             explicit, at the old one; S: either, by a setting; C: by a constraint on the new \
             velocity; R: refused. An effect that is not named costs nothing.",
     draw: Draw::Matrix(support),
@@ -73,7 +73,8 @@ fn support(input: &Input) -> Option<Matrix> {
         rows,
         legend,
         notes: vec![
-            "What a method cannot honour it refuses by name before the first step.".to_owned(),
+            "A method refuses, by name and before the first step, what it cannot honour."
+                .to_owned(),
         ],
     })
 }
@@ -137,10 +138,11 @@ fn bill(input: &Input) -> Option<Table> {
         [effect.to_owned()].into_iter().chain(methods.iter().map(of)).collect()
     };
     Some(Table {
-        title: "**The bill**: time of the run with the effect over the time without it; kilobytes \
-                that the system holds more; kilobytes that the prepared method holds \
-            more."
-            .to_owned(),
+        title:
+            "**Cost of each effect**: time of the run with the effect over the time without it; \
+                kilobytes that the system holds more; kilobytes that the prepared method holds \
+                more."
+                .to_owned(),
         header: header("effect", &methods),
         names: 1,
         rows: effects(input).filter(|effect| *effect != NOTHING).map(line).collect(),

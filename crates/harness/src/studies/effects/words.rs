@@ -1,12 +1,13 @@
 //! The words of the study `effects`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, EVERYTHING, Effect, Facts, NOTHING};
+use crate::studies::names::verb;
 use drape_report::number::{setting, significant};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What does each effect of a scene cost and change, and what do \
-                                   effects cost that are not named?";
+pub(super) const QUESTION: &str = "What does each effect of a scene cost and change, and does \
+                                   an effect that is not named cost anything?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
@@ -47,10 +48,11 @@ fn matrices(facts: &Facts) -> String {
     };
     let (scalar, block) = (grown(|effect| effect.springs), grown(|effect| effect.coupled_pairs));
     format!(
-        "Of {} additions {scalar} enlarge the scalar matrix of IMEX methods and {block} the 3×3 \
-         blocks; the others leave the pattern as it \
-         is.",
-        single(facts).count()
+        "Of {} additions, {scalar} {} the scalar matrix of IMEX methods and {block} {} the matrix \
+         of 3×3 blocks; the others keep the pattern.",
+        single(facts).count(),
+        verb(scalar, "enlarges", "enlarge"),
+        verb(block, "enlarges", "enlarge")
     )
 }
 
@@ -61,12 +63,13 @@ fn ratio(facts: &Facts, cell: &Cell) -> Option<f64> {
     Some(cell.cg_iterations as f64 / bare.cg_iterations as f64)
 }
 
+/// The effect and the method with the most CG iterations, relative to the bare sheet.
 fn dearest(facts: &Facts) -> Option<String> {
     let alone = completed(facts).filter(|cell| ![NOTHING, EVERYTHING].contains(&&*cell.effect));
     let ratios = alone.filter_map(|cell| Some((ratio(facts, cell)?, cell)));
     let (ratio, cell) = ratios.max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
-        "The dearest by CG iterations is `{}` with {}: {} times those of the bare sheet.",
+        "`{}` costs most: `{}` takes {} times the CG iterations of the bare sheet.",
         cell.effect,
         cell.method,
         significant(ratio, 2)
@@ -78,7 +81,10 @@ fn support(facts: &Facts) -> Option<String> {
     let refused = facts.supports.iter().filter(|support| support.treatment == "refused").count();
     (all > 0).then(|| match refused {
         0 => format!("Every method takes every effect: none of {all} pairs is refused."),
-        n => format!("Methods refuse {n} of {all} pairs of a method and an effect."),
+        n => format!(
+            "{n} of {all} pairs of a method and an effect {} refused.",
+            verb(n, "is", "are")
+        ),
     })
 }
 
@@ -118,7 +124,7 @@ fn changes(facts: &Facts) -> Option<String> {
     let (most, what) = changes().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let (least, little) = changes().filter(|c| c.0 > 0.0).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
-        "By the end `{what}` has moved the sheet most, by {} m, and `{little}` least, by {} m \
+        "By the end, `{what}` has moved the sheet most, by {} m, and `{little}` least, by {} m \
          ({method}).",
         significant(most, 2),
         significant(least, 1)
@@ -132,7 +138,10 @@ fn outcomes(facts: &Facts) -> Option<String> {
     let all = facts.cells.len();
     (all > 0).then(|| match (refused, diverged) {
         (0, 0) => format!("All {all} runs completed."),
-        _ => format!("Of {all} runs {diverged} diverged and {refused} were refused by name."),
+        _ => format!(
+            "Of {all} runs, {diverged} diverged and {refused} {} refused by name.",
+            verb(refused, "was", "were")
+        ),
     })
 }
 
@@ -140,8 +149,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let left_out = facts.left_out().len();
     let left_out = (left_out > 0).then(|| {
         format!(
-            "`{EVERYTHING}` leaves out {left_out} of {} additions: another of their kind stands \
-             in their place.",
+            "`{EVERYTHING}` leaves out {left_out} of {} additions: another of their kind replaces \
+             them.",
             single(facts).count()
         )
     });
@@ -205,10 +214,9 @@ mod tests {
         let said = words(&facts());
         assert_eq!(
             said.conclusion,
-            "Of 3 additions 1 enlarge the scalar matrix of IMEX methods and 2 the 3×3 blocks; the \
-             others leave the pattern as it is. The dearest by CG iterations is `angle` with a: \
-             3.5 times those of the bare \
-             sheet."
+            "Of 3 additions, 1 enlarges the scalar matrix of IMEX methods and 2 enlarge the matrix \
+             of 3×3 blocks; the others keep the pattern. `angle` costs most: `a` takes 3.5 times \
+             the CG iterations of the bare sheet."
         );
         let text = said.observations.join("\n");
         for part in [
@@ -236,11 +244,11 @@ mod tests {
         facts.supports = vec![support("implicit"), support("refused")];
         let text = words(&facts).observations.join("\n");
         assert!(!text.contains("changes no position"), "{text}");
-        assert!(text.contains("Of 5 runs 1 diverged and 1 were refused"), "{text}");
-        assert!(text.contains("refuse 1 of 2 pairs"), "{text}");
+        assert!(text.contains("Of 5 runs, 1 diverged and 1 was refused"), "{text}");
+        assert!(text.contains("1 of 2 pairs of a method and an effect is refused"), "{text}");
         // A subset without single additions has no most expensive one.
         facts.cells.truncate(1);
         let said = words(&facts);
-        assert!(said.conclusion.ends_with("leave the pattern as it is."), "{said:?}");
+        assert!(said.conclusion.ends_with("the others keep the pattern."), "{said:?}");
     }
 }

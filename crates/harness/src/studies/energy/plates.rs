@@ -15,41 +15,38 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "energy-ledger-hanging-1e4.svg",
         title: "Where the energy of a hanging sheet goes, k/m = 10⁴ s⁻²",
-        caption: "Without damping (above) implicit methods take most of the energy; with it \
-                  (below) their loss is missing from what the damping takes. Each bar is a run of \
-            two seconds: what was taken lies left of 0, what was added right, in per cent of the \
-            energy that the fall sets free. The number is the sum. Numerical damping is inertia \
-            and gaps together.",
+        caption: "Without damping (above) implicit methods take most of the energy; with damping \
+            (below) dampers have less left to take. Each bar is a run of two seconds: energy \
+            taken lies left of 0, energy added right, in per cent of the energy that the fall \
+            sets free. The number is the sum. Numerical damping is inertia and gaps together.",
         draw: Draw::Sheet(|input| ledgers(input, "hanging-1e4")),
     },
     Plate {
         file: "energy-ledger-hanging-1e6.svg",
         title: "Where the energy of a stiff hanging sheet goes, k/m = 10⁶ s⁻²",
-        caption: "IMEX Euler leaves almost nothing to the damping of the scene, since its sheet \
-                  locks and hardly falls. The same sheet with springs a hundred times as stiff: \
-            energy taken (left) and added (right) in two seconds, in per cent of what the fall \
-            sets free, without damping above, with d/m = 40 s⁻¹ \
-            below.",
+        caption: "IMEX Euler leaves almost nothing to the damping of the scene, because its sheet \
+            locks and hardly falls. The sheet has springs a hundred times as stiff as before. \
+            Energy taken (left) and added (right) in two seconds, in per cent of what the fall \
+            sets free, without damping above, with d/m = 40 s⁻¹ below.",
         draw: Draw::Sheet(|input| ledgers(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-ledger-spinning-1e4.svg",
         title: "Where the energy of a spinning sheet goes",
-        caption: "Methods that treat a spring as stiff across itself stop the rotation without any \
+        caption: "Methods that add stiffness across a spring stop the rotation without any \
             damping. A free sheet of 10 × 10 particles, k/m = 10⁴ s⁻², turns at 2 rad/s for one \
             second: energy taken (left) and added (right), in per cent of the kinetic energy, \
-            without damping above, with d/m = 40 s⁻¹ below. Full damping brakes the rotation \
+            without damping above, with d/m = 40 s⁻¹ below. Full damping slows the rotation \
             itself.",
         draw: Draw::Sheet(|input| ledgers(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-ledger-sphere-1e4.svg",
         title: "Where the energy of a sheet goes that falls on a ball",
-        caption: "Contacts take and give much energy; corrections take back what pushing \
-                  particles out gave. A sheet of 12 × 12 particles, k/m = 10⁴ s⁻², falls on an \
+        caption: "Contacts take and add much energy; corrections take back the energy that pushing \
+            particles out adds. A sheet of 12 × 12 particles, k/m = 10⁴ s⁻², falls on an \
             inelastic ball for one second: energy taken (left) and added (right), in per cent of \
-            what the fall sets free, without damping above, with d/m = 40 s⁻¹ \
-            below.",
+            what the fall sets free, without damping above, with d/m = 40 s⁻¹ below.",
         draw: Draw::Sheet(|input| ledgers(input, "sphere-1e4")),
     },
     Plate {
@@ -65,31 +62,28 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "energy-over-time-hanging-1e6.svg",
         title: "Energy of a stiff hanging sheet over time, k/m = 10⁶ s⁻²",
-        caption: "A method that locks loses energy slowly, as slowly as its sheet falls. As \
-                  before, with springs a hundred times as stiff: total energy less that of the \
-            start, over the energy that the fall sets free, without damping on the left, with d/m \
-            = 40 s⁻¹ on the right. A crossed-out end is an unstable \
-            run.",
+        caption: "A method that locks loses energy as slowly as its sheet falls. The springs are a \
+            hundred times as stiff as before. Total energy less that of the start, over the \
+            energy that the fall sets free, without damping on the left, with d/m = 40 s⁻¹ on the \
+            right. A crossed-out end is an unstable run.",
         draw: Draw::Sheet(|input| curves(input, "hanging-1e6")),
     },
     Plate {
         file: "energy-over-time-spinning-1e4.svg",
         title: "Energy of a spinning sheet over time",
-        caption: "Without damping (left) the true curve stays at 0; curves that drop stop the \
-                  spin by the method alone. Total energy less that of the start, over the kinetic \
+        caption: "Without damping (left) the true curve stays at 0; where a curve drops, the \
+            method alone stops the spin. Total energy less that of the start, over the kinetic \
             energy, for a free sheet that turns over and over, k/m = 10⁴ s⁻²; d/m = 40 s⁻¹ on the \
-            right. A crossed-out end is an unstable \
-            run.",
+            right. A crossed-out end is an unstable run.",
         draw: Draw::Sheet(|input| curves(input, "spinning-1e4")),
     },
     Plate {
         file: "energy-over-time-sphere-1e4.svg",
         title: "Energy over time of a sheet that falls on a ball",
-        caption: "Every method's curve falls from the first impact on: the inelastic ball takes \
-                  the energy of what hits it. Total energy less that of the start, over the \
-            energy that the fall sets free, k/m = 10⁴ s⁻², without damping on the left, with d/m \
-            = 40 s⁻¹ on the right. A crossed-out end is an unstable \
-            run.",
+        caption: "Every curve falls from the first impact on, because the inelastic ball takes the \
+            energy of what hits it. Total energy less that of the start, over the energy that the \
+            fall sets free, k/m = 10⁴ s⁻², without damping on the left, with d/m = 40 s⁻¹ on the \
+            right. A crossed-out end is an unstable run.",
         draw: Draw::Sheet(|input| curves(input, "sphere-1e4")),
     },
 ];

@@ -1,6 +1,7 @@
 //! The words of the study `energy`: its question, and the findings from its numbers.
 
 use super::facts::{ALL_IMPLICIT, Facts, Ledger, Row};
+use crate::studies::names::{count, verb};
 use drape_report::Words;
 use drape_report::number::{percent, setting, significant};
 use std::cmp::Ordering;
@@ -81,15 +82,14 @@ fn loss(facts: &Facts) -> Option<String> {
     };
     let limit = whole(NOTABLE);
     let keepers = match &keepers[..] {
-        [] => format!("None stays below {limit} in all scenes."),
-        [one] => format!("Only `{one}` stays below {limit} in all scenes."),
-        several => format!("{} of them stay below {limit} in all scenes.", several.len()),
+        [] => format!("No variant stays within {limit} in every scene."),
+        [one] => format!("Only `{one}` loses less than {limit} in every scene."),
+        several => format!("{} variants lose less than {limit} in every scene.", several.len()),
     };
     (!labels.is_empty()).then(|| {
         format!(
-            "Without damping, the time step of {who} takes more than a tenth of the energy that a \
-             scene sets free. \
-             {keepers}"
+            "Without damping, the time step of {who} takes at least a tenth of the released energy \
+             in some scene. {keepers}"
         )
     })
 }
@@ -102,18 +102,18 @@ fn instead(facts: &Facts) -> Option<String> {
     let (_, least) = greatest(rows(), |(_, ledger)| -ledger.numerical().abs())?;
     if most.numerical() > -NOTABLE {
         return Some(format!(
-            "With damping, no time step takes more than {} there.",
-            whole(NOTABLE)
+            "With damping, no time step takes more than {} ({}).",
+            whole(NOTABLE),
+            first.scene
         ));
     }
-    let with = "the method that loses most itself and";
     let verdict = match most.damping.abs().total_cmp(&least.damping.abs()) {
-        Ordering::Less => "this loss takes the place of the damping",
-        _ => "this loss comes on top of the damping",
+        Ordering::Less => "the numerical loss replaces physical damping",
+        _ => "the numerical loss adds to physical damping",
     };
     Some(format!(
-        "With damping, {verdict}: the damping takes {} with {with} {} with the one that loses \
-         least ({}).",
+        "With damping, {verdict}: dampers take {} with the most dissipative method and {} with the \
+         least dissipative one ({}).",
         percent(-most.damping, 2),
         percent(-least.damping, 2),
         first.scene
@@ -134,9 +134,8 @@ fn closure(facts: &Facts) -> Option<String> {
         )
     } else {
         format!(
-            "Not every ledger closes: in {open} of {all} runs the causes miss the change of \
-             energy, at worst by {} ({}, \
-             {}).",
+            "In {open} of {all} runs the ledger does not close; the largest defect is {} times the \
+             sum of its terms ({}, {}).",
             significant(defect, 1),
             worst.label,
             worst.scene
@@ -152,16 +151,14 @@ fn theorem(facts: &Facts) -> Option<String> {
     let greatest = gaps.iter().copied().max_by(f64::total_cmp)?;
     Some(if greatest <= ROUND_OFF {
         format!(
-            "As its energy theorem says, IMEX Euler with all springs implicit gains energy by no \
-             gap: none of {} sums \
-             is positive.",
+            "IMEX Euler with all springs implicit satisfies its energy theorem: none of the {} \
+             energy gaps is positive.",
             gaps.len()
         )
     } else {
         format!(
-            "Against its energy theorem, IMEX Euler with all springs implicit gains energy by a \
-             gap: the greatest of \
-             {} sums is {} of E_ref.",
+            "IMEX Euler with all springs implicit violates its energy theorem: the greatest of the \
+             {} energy gaps is {} of E_ref.",
             gaps.len(),
             percent(greatest, 2)
         )
@@ -171,10 +168,10 @@ fn theorem(facts: &Facts) -> Option<String> {
 /// How many runs gain or lose much by another cause.
 fn passes(facts: &Facts, cause: &str, share: fn(&Ledger) -> f64) -> Option<String> {
     let much = ledgers(facts).filter(|(_, ledger)| share(ledger).abs() >= MUCH);
-    let count = much.clone().count();
+    let runs = count(much.clone().count(), "run");
     let (row, ledger) = greatest(much, |(_, ledger)| share(ledger).abs())?;
     Some(format!(
-        "More than {} of E_ref passes through {cause} in {count} runs; the most is {} ({}, {}).",
+        "In {runs}, at least {} of E_ref passes through {cause}; the most is {} ({}, {}).",
         whole(MUCH),
         percent(share(ledger), 2),
         row.label,
@@ -193,8 +190,7 @@ fn excess(facts: &Facts) -> Option<String> {
     let (most, label, scene) = greatest(ledgers(facts).filter_map(difference), |(most, ..)| *most)?;
     Some(format!(
         "The integral of the damping along the path differs from its work in the steps by at most \
-         {} of E_ref ({label}, \
-         {scene}).",
+         {} of E_ref ({label}, {scene}).",
         percent(most, 2)
     ))
 }
@@ -202,13 +198,18 @@ fn excess(facts: &Facts) -> Option<String> {
 fn caveats(facts: &Facts) -> Vec<String> {
     let gained = facts.rows.iter().filter(|row| row.drift.is_none()).count();
     let gained = (gained > 0).then(|| {
-        format!("{gained} of {} runs gained too much energy and have no ledger.", facts.rows.len())
+        format!(
+            "{gained} of {} runs gained too much energy and {} no ledger.",
+            facts.rows.len(),
+            verb(gained, "has", "have")
+        )
     });
     let unattributed = facts.unattributed.len();
     let unattributed = (unattributed > 0).then(|| {
         format!(
-            "{unattributed} methods have no ledger: their steps draw on steps before and have no \
-             energy identity."
+            "{} {} no ledger, because no energy identity holds for a single step.",
+            count(unattributed, "variant"),
+            verb(unattributed, "has", "have")
         )
     });
     let quiet = "A method that locks also loses little: its sheet hardly falls, as the curves \

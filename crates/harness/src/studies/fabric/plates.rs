@@ -16,39 +16,40 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "fabric-master-curve.svg",
         title: "How far a strip bends under its weight",
-        caption: "Angles, and hinges with the factor of their mesh, come to the exact curve as the \
-            mesh is refined; springs to the next particle but one leave it, and on fine meshes \
-            find no rest. Drop of the free end over its reach against Γ = ρ g L³/B, a panel a \
-            mesh. The textile standard is the point Γ = 8, a chord of 41.5°. Strips that are not \
-            at rest are left out.",
+        caption: "Angles, and hinges with the factor of their mesh, approach the exact curve as \
+            the mesh is refined. Springs to the next particle but one depart from it and find no \
+            rest on fine meshes. Drop of the free end over its reach against Γ = ρ g L³/B; each \
+            panel is a mesh. The textile standard is the point Γ = 8, a chord of 41.5°. Strips \
+            that are not at rest are left out.",
         draw: Draw::Sheet(master_curve),
     },
     Plate {
         file: "fabric-convergence.svg",
         title: "Error of a strip over the number of edges",
         caption: "Angles along rows converge with second order. Hinges with the factor of their \
-            mesh converge while the strip is light; one that bends far resists the curling across, \
-            which their factor takes for granted. With the stiffness of a wide sheet the error \
-            stays, and springs get worse. Error of the drop over the reach, a panel a Γ.",
+            mesh converge while the strip is light; a strip that bends far resists curling \
+            across, and their factor assumes that it curls. With the stiffness of a wide sheet \
+            the error stays, and springs get worse. Error of the drop over the reach; each panel \
+            is a Γ.",
         draw: Draw::Sheet(convergence),
     },
     Plate {
         file: "fabric-widths.svg",
         title: "Rigidity of a strip over its width",
         caption: "A narrow strip of hinges curls across and is softer than a wide one, which bends \
-            to a cylinder; angles along rows know no width. The rigidity with which the exact \
-            strip bends as far, over that of a wide sheet, for strips of 30 edges with rising \
-            numbers of rows; dashed: what the derivation gives for a narrow strip and for a \
-            sheet.",
+            to a cylinder; the width does not matter to angles along rows. Shown is the rigidity \
+            with which the exact strip bends as far, over that of a wide sheet, for strips of 30 \
+            edges with rising numbers of rows. Dashed: the derived values for a narrow strip and \
+            for a sheet.",
         draw: Draw::Sheet(widths),
     },
     Plate {
         file: "fabric-drape.svg",
         title: "Drape coefficients beside published bands",
-        caption: "Each marker is a rest position of a cloth of 30 cm on a table of 18 cm: a \
-            bundled material on one mesh from one start, so the width of a row is the spread over \
-            meshes and folds. Lower rows: the bands that are published for classes of cloth. A \
-            coefficient of 100 % is a cloth that does not bend at all.",
+        caption: "The width of a row is the spread over meshes and folds. Each marker is a rest \
+            position of a cloth of 30 cm on a table of 18 cm: a bundled material on one mesh from \
+            one start. Lower rows: published bands for classes of cloth. A cloth with a \
+            coefficient of 100 % does not bend at all.",
         draw: Draw::Sheet(drapes),
     },
 ];

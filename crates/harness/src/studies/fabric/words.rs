@@ -1,6 +1,7 @@
 //! The words of the study `fabric`: its question, and the findings from its numbers.
 
-use super::facts::{AT_REST, Cloth, Facts, Model, RIGHT};
+use super::facts::{AT_REST, Cloth, Edgewise, Facts, Model, RIGHT};
+use crate::studies::names::verb;
 use drape_report::Words;
 use drape_report::number::{percent, significant};
 
@@ -50,8 +51,8 @@ fn bending(facts: &Facts) -> Option<String> {
         .filter_map(|model| Some(format!("{model} ({})", signed(worst(facts, model)?))))
         .collect();
     Some(format!(
-        "On {finest} edges these models bend as the exact strip, to {} of its drop over reach at Γ \
-         up to {TESTED}: {}.",
+        "On {finest} edges and up to Γ = {TESTED}, these models match the drop over reach of the \
+         exact strip within {}: {}.",
         percent(RIGHT, 1),
         if told.is_empty() { "none".to_owned() } else { told.join("; ") }
     ))
@@ -67,7 +68,7 @@ fn wrong(facts: &Facts) -> Option<String> {
         .filter(|model| facts.bent.iter().any(|bent| bent.model == *model))
         .map(|model| format!("{model} ({})", error(model)))
         .collect();
-    (!told.is_empty()).then(|| format!("These do not, at worst by: {}.", told.join("; ")))
+    (!told.is_empty()).then(|| format!("These do not (largest error): {}.", told.join("; ")))
 }
 
 /// Whether all coefficients of a material lie in its band; `None` without a band or a coefficient.
@@ -90,10 +91,7 @@ fn draping(facts: &Facts) -> Option<String> {
     };
     let told: Vec<_> = facts.cloths.iter().filter_map(told).collect();
     (!told.is_empty()).then(|| {
-        format!(
-            "Drape coefficients beside the published bands of their class: {}.",
-            told.join("; ")
-        )
+        format!("Drape coefficients against the published band of each class: {}.", told.join("; "))
     })
 }
 
@@ -108,7 +106,7 @@ fn orders(facts: &Facts) -> Option<String> {
         .collect();
     (!told.is_empty()).then(|| {
         format!(
-            "The errors at Γ = {gamma} fall with these orders of the edge: {}.",
+            "At Γ = {gamma} the error falls with the edge length with these orders: {}.",
             told.join("; ")
         )
     })
@@ -137,33 +135,30 @@ fn widths(facts: &Facts) -> Option<String> {
     };
     let told: Vec<_> = Model::ALL.into_iter().filter_map(told).collect();
     (!told.is_empty()).then(|| {
-        format!("The rigidity over the stiffness k grows with the width: {}.", told.join("; "))
+        format!("The rigidity over the stiffness k depends on the width: {}.", told.join("; "))
     })
 }
 
-/// The weights at which strips on edge buckle.
+/// The weight at which strips on edge buckle, beside the law of a slender beam. The table holds the
+/// models without such a law.
 fn edgewise(facts: &Facts) -> Option<String> {
-    // The most slender strip of each model, on both sides.
-    let told = |model: Model| {
-        let own = || facts.edgewise.iter().filter(|edge| edge.model == model);
-        let slender = own().map(|edge| edge.width_over_length).reduce(f64::min)?;
-        let both = own().filter(|edge| edge.width_over_length == slender);
-        let mut found: Vec<_> = both
-            .map(|edge| {
-                edge.critical_gamma.map_or_else(|| "none".to_owned(), |g| significant(g, 3))
-            })
-            .collect();
-        found.dedup();
-        let law = own().find_map(|edge| edge.law);
-        let law = law.map(|law| format!(", the law of a slender beam {}", significant(law, 3)));
-        Some(format!("{} ({model}{})", found.join(" or "), law.unwrap_or_default()))
+    // The most slender strip, on both sides.
+    let lawful = || facts.edgewise.iter().filter(|edge| edge.law.is_some());
+    let slender = lawful().min_by(|a, b| a.width_over_length.total_cmp(&b.width_over_length))?;
+    let is_its = |edge: &&Edgewise| {
+        (edge.model, edge.width_over_length) == (slender.model, slender.width_over_length)
     };
-    let told: Vec<_> = Model::ALL.into_iter().filter_map(told).collect();
-    (!told.is_empty()).then(|| {
+    let both = lawful().filter(is_its);
+    let mut found: Vec<_> =
+        both.filter_map(|edge| Some(significant(edge.critical_gamma?, 3))).collect();
+    found.dedup();
+    let law = significant(slender.law?, 3);
+    (!found.is_empty()).then(|| {
         format!(
-            "The most slender strips on edge buckle to the side at Γ = {}; two numbers hold for \
-             the two sides of a strip.",
-            told.join("; ")
+            "The most slender strip on edge ({}) buckles at Γ = {}; the law of a slender beam \
+             gives {law}.",
+            slender.model,
+            found.join(" or ")
         )
     })
 }
@@ -184,9 +179,8 @@ fn spreads(facts: &Facts) -> Option<String> {
     // A single test has no spread.
     (widest > 0.0).then(|| {
         format!(
-            "Over meshes and starts the drape coefficient of one material spreads by up to {} \
-             points ({name}), over starts on one mesh by up to {}: one cloth rests in several \
-             folds.",
+            "The drape coefficient of one material differs by up to {} points between meshes and \
+             starts ({name}), and by up to {} between starts on one mesh.",
             significant(100.0 * widest, 2),
             significant(100.0 * of_starts, 2)
         )
@@ -204,10 +198,11 @@ fn at_rest(facts: &Facts) -> Option<String> {
     let resting: Vec<f64> = all.iter().filter(|(_, rests)| *rests).map(|(r, _)| *r).collect();
     let greatest = resting.iter().copied().reduce(f64::max)?;
     Some(format!(
-        "Of {} specimens {} are at rest, with a residual of at most {greatest:.1e} of the heaviest \
-         particle's weight; the others are left out.",
+        "Of {} specimens, {} {} at rest, with a residual of at most {greatest:.1e} of the heaviest \
+         particle's weight; others are left out.",
         all.len(),
-        resting.len()
+        resting.len(),
+        verb(resting.len(), "is", "are")
     ))
 }
 

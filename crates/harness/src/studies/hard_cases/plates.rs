@@ -14,10 +14,11 @@ pub(super) type Input = crate::studies::Input<Facts>;
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "hard-cases.svg",
     title: "Verdicts on the hard cases, by method",
-    caption: "Explicit methods at fixed steps diverge almost everywhere; backward Euler is stable \
-            wherever it comes to a verdict. A row is a case, a column a method; left tile \
+    caption: "Explicit methods at fixed steps diverge almost everywhere; backward Euler is \
+            stable wherever it comes to a verdict. A row is a case, a column a method; left tile \
             without damping, right tile with it. The letter is the worst of three perturbed \
-            starts; capital: theory covers it. Thick frame: the verdict differs from theory.",
+            starts; a capital letter means that theory covers it. Thick frame: the verdict \
+            differs from theory.",
     draw: Draw::Matrix(verdicts),
 }];
 

@@ -1,13 +1,14 @@
 //! The words of the study `hard-cases`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, Expected, Facts, NOTHING_MOVES, PRINTED, SAFEGUARDED};
+use crate::studies::names::{count, verb};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 use std::collections::BTreeSet;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
-    "Which method stays stable where methods fail, and does its theory say so beforehand?";
+    "Which methods stay stable in scenes where others fail, and does theory predict it?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["momentum", "stability"];
 
@@ -48,7 +49,7 @@ fn best(facts: &Facts) -> Option<String> {
             let share = |(_, stable, all): &&(&str, usize, usize)| *stable as f64 / *all as f64;
             let best = counts.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
             Some(format!(
-                "No method is stable in every run; the best, `{}`, is in {} of {}.",
+                "No form is stable in every run; the best, `{}`, is stable in {} of {}.",
                 best.0, best.1, best.2
             ))
         }
@@ -63,7 +64,7 @@ fn best(facts: &Facts) -> Option<String> {
             ))
         }
         several => Some(format!(
-            "{} of {} methods are stable in every run that came to a verdict.",
+            "{} of {} forms are stable in every run that came to a verdict.",
             several.len(),
             counts.len()
         )),
@@ -81,8 +82,10 @@ fn theory(facts: &Facts) -> Option<String> {
     };
     (predicted > 0).then(|| {
         format!(
-            "Theory covers {predicted} of {} verdicts; {differing} differ from it{unexplained}.",
-            judged(facts).count()
+            "Theory covers {predicted} of {} verdicts; {} {} from it{unexplained}.",
+            judged(facts).count(),
+            if differing == 0 { "none".to_owned() } else { differing.to_string() },
+            if differing > 1 { "differ" } else { "differs" }
         )
     })
 }
@@ -92,13 +95,11 @@ fn theorem(facts: &Facts) -> Option<String> {
     let counted = || facts.cells.iter().filter(|cell| cell.is_monotone() && cell.shows_rises());
     let steps: u64 = counted().map(|cell| cell.steps).sum();
     let rises: u64 = counted().map(|cell| cell.rises).sum();
-    let verdict =
-        if rises == 0 { "As the energy theorem says" } else { "Against the energy theorem" };
-    (steps > 0).then(|| {
-        format!(
-            "{verdict}, IMEX Euler's energy rose in {rises} of {steps} steps of the cases \
-                 that it covers."
-        )
+    let what = "the energy of IMEX Euler rose in";
+    let cases = "steps of the cases that it covers";
+    (steps > 0).then(|| match rises {
+        0 => format!("As the energy theorem says, {what} none of {steps} {cases}."),
+        _ => format!("Against the energy theorem, {what} {rises} of {steps} {cases}."),
     })
 }
 
@@ -110,10 +111,10 @@ fn explicit_shear(facts: &Facts) -> Option<String> {
     let failing = outside.iter().filter(|cell| cell.verdict != Verdict::Stable).count();
     (failing > 0).then(|| {
         format!(
-            "Shear springs as stiff as the tension springs must stand in the matrix: left out, \
-             they fail in {failing} of {} runs \
-             (H16).",
-            outside.len()
+            "Shear springs as stiff as the tension springs must be in the matrix: without them, \
+             {failing} of {} {} not stable (H16).",
+            count(outside.len(), "run"),
+            verb(failing, "is", "are")
         )
     })
 }
@@ -126,27 +127,30 @@ fn safeguard(facts: &Facts) -> Option<String> {
     };
     let (paper, robust) = (at(PRINTED)?, at(SAFEGUARDED)?);
     Some(format!(
-        "At ε = 0.1 (H20) updated CG as printed is {}: its energy rises by {} times what the scene \
-         sets free; its safeguarded form is \
-         {}.",
+        "At ε = 0.1 (H20), updated CG as printed is {}: its energy rises by {} times the released \
+         energy; its safeguarded form is {}.",
         paper.verdict,
         significant(paper.gain, 3),
         robust.verdict
     ))
 }
 
-/// How many methods move the sheet at rest.
+/// How many forms move the sheet at rest.
 fn rest(facts: &Facts) -> Option<String> {
     let looked = || facts.cells.iter().filter(|cell| cell.strayed_m.is_some());
     let moving = methods(looked().filter(|cell| !cell.note.is_empty()));
     let all = methods(looked());
     (all > 0).then(|| match moving {
-        0 => "The sheet at rest keeps still with every method.".to_owned(),
-        n => format!("The sheet at rest does not keep still with {n} of {all} methods (H18)."),
+        0 => "No form moves a sheet that starts at rest (H18).".to_owned(),
+        n => format!(
+            "{n} of {} {} a sheet that starts at rest (H18).",
+            count(all, "form"),
+            verb(n, "moves", "move")
+        ),
     })
 }
 
-/// Number of methods that the cells belong to.
+/// Number of methods, in a named form or at their defaults, that the cells belong to.
 fn methods<'a>(cells: impl Iterator<Item = &'a Cell>) -> usize {
     cells.map(|cell| cell.method.as_str()).collect::<BTreeSet<_>>().len()
 }
@@ -155,24 +159,31 @@ fn methods<'a>(cells: impl Iterator<Item = &'a Cell>) -> usize {
 fn unstable(facts: &Facts) -> Option<String> {
     let all = judged(facts).count();
     let stable = judged(facts).filter(|cell| cell.verdict == Verdict::Stable).count();
-    (all > 0).then(|| format!("Over all methods {stable} of {all} verdicts are `stable`."))
+    (all > 0).then(|| format!("Over all forms, {stable} of {all} verdicts are `stable`."))
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
     let over = facts.cells.iter().filter(|cell| cell.verdict == Verdict::OverBudget).count();
     let over = (over > 0).then(|| {
-        format!("{over} of {} cells ran over budget and have no verdict.", facts.cells.len())
+        format!(
+            "{over} of {} cells ran over budget and {} no verdict.",
+            facts.cells.len(),
+            verb(over, "has", "have")
+        )
     });
     let trivial = judged(facts).filter(|cell| cell.reason == NOTHING_MOVES).count();
     let trivial = (trivial > 0).then(|| {
         format!(
-            "{trivial} of the verdicts that theory covers concern scenes in which no spring moves."
+            "{trivial} of the verdicts that theory covers {} scenes in which no spring moves.",
+            verb(trivial, "concerns", "concern")
         )
     });
     let blind = facts.cells.iter().filter(|cell| cell.is_monotone() && !cell.shows_rises()).count();
     let blind = (blind > 0).then(|| {
         format!(
-            "{blind} cells are not counted for the energy theorem: round-off hides rises there."
+            "{} {} not counted for the energy theorem: round-off hides rises there.",
+            count(blind, "cell"),
+            verb(blind, "is", "are")
         )
     });
     let later = "Some rules of theory were derived after first runs had failed: they explain, but \
@@ -229,20 +240,19 @@ mod tests {
         assert_eq!(
             words(&few).conclusion,
             "Only `firm` is stable in every run that came to a verdict: in 1, but 1 more ran over \
-             budget. Theory covers 1 of 2 verdicts; 0 differ from \
-             it."
+             budget. Theory covers 1 of 2 verdicts; none differs from it."
         );
         assert!(words(&few).caveats[0].starts_with("1 of 3 cells ran over budget"));
         few.cells[0].verdict = Verdict::Marginal;
         few.cells[0].differs = true;
         let said = words(&few).conclusion;
-        assert!(said.starts_with("No method is stable in every run; the best, `"), "{said}");
-        assert!(said.ends_with("1 differ from it, each with an explanation."), "{said}");
+        assert!(said.starts_with("No form is stable in every run; the best, `"), "{said}");
+        assert!(said.ends_with("1 differs from it, each with an explanation."), "{said}");
         few.unexplained.push("H01 a".to_owned());
         let said = words(&few).conclusion;
-        assert!(said.ends_with("1 differ from it, 1 of them without an explanation."), "{said}");
+        assert!(said.ends_with("1 differs from it, 1 of them without an explanation."), "{said}");
         let both = facts(vec![firm.clone(), Cell { method: "also".to_owned(), ..firm }]);
-        assert!(words(&both).conclusion.starts_with("2 of 2 methods are stable in every run"));
+        assert!(words(&both).conclusion.starts_with("2 of 2 forms are stable in every run"));
         assert_eq!(words(&facts(vec![over])).conclusion, "No run came to a verdict.");
     }
 
@@ -266,22 +276,22 @@ mod tests {
         ]));
         let text = said.observations.join("\n");
         for part in [
-            "As the energy theorem says, IMEX Euler's energy rose in 0 of 200 steps",
-            "left out, they fail in 1 of 1 runs",
+            "As the energy theorem says, the energy of IMEX Euler rose in none of 200 steps",
+            "without them, 1 of 1 run is not stable (H16)",
             "as printed is unstable: its energy rises by 800 times",
             "its safeguarded form is stable",
-            "keeps still with every method",
+            "No form moves a sheet that starts at rest (H18).",
             "4 of 6 verdicts are `stable`",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
-        assert!(said.caveats.iter().any(|c| c.starts_with("1 cells are not counted")), "{said:?}");
+        assert!(said.caveats.iter().any(|c| c.starts_with("1 cell is not counted")), "{said:?}");
         let moving = Cell { note: "does not keep still".to_owned(), ..still };
         let text = words(&facts(vec![monotone, rising, moving])).observations.join("\n");
         assert!(
-            text.contains("Against the energy theorem, IMEX Euler's energy rose in 2 of 300"),
+            text.contains("Against the energy theorem, the energy of IMEX Euler rose in 2 of 300"),
             "{text}"
         );
-        assert!(text.contains("does not keep still with 1 of 1 methods"), "{text}");
+        assert!(text.contains("1 of 1 form moves a sheet that starts at rest (H18)"), "{text}");
     }
 }

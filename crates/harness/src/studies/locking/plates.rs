@@ -20,37 +20,38 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "locking-stiffness.svg",
         title: "Motion that is kept, against stiffness",
         caption: "Backward Euler, BDF2 and safeguarded updated CG keep nearly all of the motion at \
-            every stiffness; IMEX Euler falls below half from 10⁵ s⁻² on. Path of the free edge's \
-            midpoint in one second over the true one, against k/m; sheet of 20 × 20 particles, h = \
-            0.01 s, d/m = 40 s⁻¹. Runs that gained energy are crossed out: their long paths are no \
-            success.",
+            every stiffness; IMEX Euler keeps less than half from 10⁵ s⁻² on. Path of the free \
+            edge's midpoint in one second over the true one, against k/m; sheet of 20 × 20 \
+            particles, h = 0.01 s, d/m = 40 s⁻¹. Runs that gained energy are crossed out, because \
+            their long paths do not mean success.",
         draw: Draw::Sheet(by_stiffness),
     },
     Plate {
         file: "locking-step.svg",
         title: "Motion that is kept, against the time step",
         caption: "IMEX Euler and Desbrun keep half of the motion only at steps shorter than the \
-            dotted limit of leapfrog, where an explicit method is stable too and cheaper. Path of \
-            the free edge's midpoint in one second over the true one, against h; k/m = 10⁶ s⁻². \
-            Runs over budget are left out.",
+            dotted limit of leapfrog. There an explicit method is stable too, and cheaper. Path \
+            of the free edge's midpoint in one second over the true one, against h; k/m = 10⁶ \
+            s⁻². Runs over budget are left out.",
         draw: Draw::Sheet(by_step),
     },
     Plate {
         file: "locking-terminal.svg",
         title: "Speed of fall of a locked sheet beside the law",
-        caption: "The slowest sheets lie on the dashed line, the law; one that has sagged also \
-            hangs in its pins and falls more slowly. Mean speed of the free edge's midpoint from \
-            0.5 s to 1 s, against the terminal speed v = a u/(h k/m), at which the artificial \
-            damping d = hk of every spring balances gravity; a point for each locked run.",
+        caption: "The slowest sheets lie on the dashed line, the law; in a sheet that has sagged \
+            the pins carry weight too, and it falls more slowly. Mean speed of the free edge's \
+            midpoint from 0.5 s to 1 s, against the terminal speed v = a u/(h k/m), at which the \
+            artificial damping d = hk of every spring balances gravity. Each locked run is one \
+            point.",
         draw: Draw::Sheet(terminal),
     },
     Plate {
         file: "locking-spring.svg",
         title: "A single spring, loaded across itself: speed over that of free fall",
         caption: "Both panels are alike: a spring locks whether its exact Hessian couples \
-            coordinates (oblique) or not (along x). The stiffness across the spring, which the \
-            matrix has and the Hessian has not, makes it lock. One particle on an anchored spring \
-            at rest length, h = 0.01 s; speed after one second, where 1 is true, against θ.",
+            coordinates (oblique) or not (along x). It locks because the matrix has a stiffness \
+            across the spring and the Hessian does not. One particle on an anchored spring at \
+            rest length, h = 0.01 s; speed after one second, where 1 is true, against θ.",
         draw: Draw::Sheet(springs),
     },
 ];

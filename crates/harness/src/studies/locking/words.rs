@@ -1,6 +1,7 @@
 //! The words of the study `locking`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::verb;
 use drape_report::number::{percent, power, setting, significant};
 use drape_report::{Verdict, Words};
 
@@ -33,7 +34,8 @@ pub(super) fn words(facts: &Facts) -> Words {
     ];
     let caveats = [
         terminal(facts).map(|_| {
-            "The law is that of a flat sheet: the pins too hold up a sheet that sags.".to_owned()
+            "The law assumes a flat sheet; in a sheet that sags, the pins also carry weight."
+                .to_owned()
         }),
         prototype(facts),
         failed(facts),
@@ -61,7 +63,7 @@ fn plain(facts: &Facts) -> Option<String> {
     let run = base(facts, IMEX_EULER)?;
     let only = if run.verdict == Verdict::Locked { "is stable but keeps only" } else { "keeps" };
     Some(format!(
-        "At k/m = {} s⁻² and h = {} s IMEX Euler {only} {} of the motion of the cloth.",
+        "At k/m = {} s⁻² and h = {} s, IMEX Euler {only} {} of the motion of the cloth.",
         power(BASE_STIFFNESS),
         setting(BASE_STEP),
         percent(run.retained?, 2)
@@ -75,11 +77,11 @@ fn updated(facts: &Facts) -> Option<String> {
         if (updated - implicit).abs() < EQUAL {
             ", as much as backward Euler".to_owned()
         } else {
-            format!(", backward Euler {}", percent(implicit, 2))
+            format!("; backward Euler keeps {}", percent(implicit, 2))
         }
     });
     Some(format!(
-        "With updated, safeguarded CG it keeps {}{}.",
+        "With updated, safeguarded CG, it keeps {}{}.",
         percent(updated, 2),
         beside.unwrap_or_default()
     ))
@@ -96,15 +98,14 @@ fn terminal(facts: &Facts) -> Option<String> {
     let off = (ratio - 1.0).abs();
     Some(if off < LAWFUL {
         format!(
-            "At {k} s⁻² the sheet of IMEX Euler falls at the speed that the law of locking gives, \
-             within {}.",
+            "At {k} s⁻², the sheet of IMEX Euler falls at the speed of the law of locking, within \
+             {}.",
             percent(off, 2)
         )
     } else {
         format!(
-            "At {k} s⁻² the sheet of IMEX Euler falls at {} times the speed that the law of \
-             locking \
-             gives.",
+            "At {k} s⁻², the sheet of IMEX Euler falls at {} times the speed of the law of \
+             locking.",
             significant(ratio, 3)
         )
     })
@@ -120,10 +121,11 @@ fn by_stiffness(facts: &Facts) -> Option<String> {
     let first = least.map_or_else(String::new, |k| format!(", the first at k/m = {k} s⁻²"));
     (!labels.is_empty()).then(|| {
         format!(
-            "At h = {} s {} of {} variants that ran stably lock at some stiffness{first}.",
+            "At h = {} s, {} of {} variants that ran stably {} at some stiffness{first}.",
             setting(BASE_STEP),
             firsts.len(),
-            labels.len()
+            labels.len(),
+            verb(firsts.len(), "locks", "lock")
         )
     })
 }
@@ -196,8 +198,8 @@ fn prototype(facts: &Facts) -> Option<String> {
     let all: Vec<_> = facts.runs.iter().filter_map(agrees_with_prototype).collect();
     (!all.is_empty()).then(|| {
         format!(
-            "An independent prototype agrees in {} of {} paths; how it damps its shear springs is \
-             not known.",
+            "An independent prototype agrees in {} of {} paths; its damping of shear springs is \
+             unknown.",
             all.iter().filter(|agrees| **agrees).count(),
             all.len()
         )
@@ -210,8 +212,9 @@ fn failed(facts: &Facts) -> Option<String> {
     let failed = facts.runs.iter().filter(said).count();
     (failed > 0).then(|| {
         format!(
-            "{failed} of {} runs were not stable: their motion is neither success nor locking.",
-            facts.runs.len()
+            "{failed} of {} runs {} not stable: such motion is neither success nor locking.",
+            facts.runs.len(),
+            verb(failed, "was", "were")
         )
     })
 }

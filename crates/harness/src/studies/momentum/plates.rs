@@ -27,20 +27,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "momentum-spin.svg",
         title: "Spin of a free sheet over time",
         caption: "On the stiff sheet (right) IMEX Euler stops the spin within a tenth of a second; \
-            on the softer one (left) it fades. Angular momentum about the centre of mass over that \
-            of the start; a sheet of 20 × 20 particles turns over and over at 2 rad/s, undamped, h \
-            = 0.01 s (explicit methods: shorter). A curve that ends early is that of an unstable \
-            run.",
+            on the softer one (left) it fades. Angular momentum about the centre of mass over \
+            that of the start; a sheet of 20 × 20 particles turns over and over at 2 rad/s, \
+            undamped, h = 0.01 s (explicit methods: shorter). The curve of an unstable run ends \
+            early.",
         draw: Draw::Sheet(spin),
     },
     Plate {
         file: "momentum-drift.svg",
         title: "Drift of linear momentum",
-        caption: "Only Kang's method, and loose solves of IMEX Euler and of updated CG, let the \
-            momentum drift; elsewhere round-off or the tolerance of a solve is left. Greatest \
-            distance of the momentum from where gravity alone would have it, over mass and \
-            greatest speed. Crossed out: the run diverged or gained more energy than there was in \
-            the spin.",
+        caption: "The momentum drifts only with Kang's method, with vertex block descent, and with \
+            loose solves of IMEX Euler and of updated CG; elsewhere only round-off or the \
+            tolerance of a solve is left. Greatest distance of the momentum from its value under \
+            gravity alone, over mass and greatest speed. Crossed out: the run diverged or gained \
+            more energy than there was in the spin.",
         draw: Draw::Sheet(drift),
     },
 ];

@@ -1,12 +1,13 @@
 //! The words of the study `momentum`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::{count, verb};
 use drape_report::number::{percent, power, significant, trimmed};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
-    "Which methods keep momentum and spin of a free cloth, and how much do the others leave?";
+    "Which methods keep the momentum and spin of a free cloth, and how much do the others lose?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order"];
 
@@ -28,7 +29,7 @@ pub(super) fn words(facts: &Facts) -> Words {
         conclusion: conclusion.join(" "),
         observations: observations.into_iter().flatten().collect(),
         caveats: std::iter::once(
-            "Nothing is pinned and nothing is damped, for one second.".to_owned(),
+            "Runs last one second, without pins and without damping.".to_owned(),
         )
         .chain(caveats.into_iter().flatten())
         .collect(),
@@ -71,13 +72,14 @@ fn stated(facts: &Facts) -> Option<String> {
     Some(match worst {
         None if all == 0 => return None,
         None => format!(
-            "All {all} statements of variants that they keep linear or angular momentum hold \
-             within {kept}, wherever the run is stable."
+            "All {all} claims that a variant keeps linear or angular momentum hold within {kept} \
+             in stable runs."
         ),
         Some((label, drift, scene)) => format!(
-            "{} of {all} statements of variants that they keep linear or angular momentum are \
-             broken; {label} drifts by {} ({scene}).",
+            "{} of {all} claims that a variant keeps linear or angular momentum {} broken; {label} \
+             drifts by {} ({scene}).",
             broken.len(),
+            verb(broken.len(), "is", "are"),
             significant(*drift, 3)
         ),
     })
@@ -90,16 +92,17 @@ fn spin(facts: &Facts) -> Option<String> {
         .max_by(|a, b| a.stiffness_over_mass_per_s2.total_cmp(&b.stiffness_over_mass_per_s2))?;
     let rows = facts.rows.iter().filter(|row| row.scene == scene.id);
     let spins: Vec<f64> = rows.filter_map(|row| row.final_spin).collect();
-    let count = |test: fn(f64) -> bool| spins.iter().filter(|spin| test(**spin)).count();
+    let number = |test: fn(f64) -> bool| spins.iter().filter(|spin| test(**spin)).count();
+    let lost = number(|spin| spin < LOST);
     (!spins.is_empty()).then(|| {
         format!(
-            "At k/m = {} s⁻² {} of {} stable variants keep the spin of a sheet within {} % for one \
-             second, and {} lose all but {} % of it.",
+            "At k/m = {} s⁻², {} of {} stable variants keep the spin of a sheet within {} % for \
+             one second, and {lost} {} less than {} % of it.",
             power(scene.stiffness_over_mass_per_s2),
-            count(|spin| (spin - 1.0).abs() <= LEAST_CHANGE),
+            number(|spin| (spin - 1.0).abs() <= LEAST_CHANGE),
             spins.len(),
             trimmed(100.0 * LEAST_CHANGE, 2),
-            count(|spin| spin < LOST),
+            verb(lost, "keeps", "keep"),
             trimmed(100.0 * LOST, 2)
         )
     })
@@ -111,9 +114,11 @@ fn unstated(facts: &Facts) -> Option<String> {
     let moved = drifts.iter().filter(|(_, drift, _)| *drift > KEPT).count();
     let (label, drift, scene) = drifts.first().filter(|(_, drift, _)| *drift > KEPT)?;
     Some(format!(
-        "Of {} variants that do not state to keep linear momentum {moved} let it drift, the most \
-         {label} by {} ({scene}).",
-        drifts.len(),
+        "Of {} that {} not claim to keep linear momentum, {moved} {} it drift, most {label} by {} \
+         ({scene}).",
+        count(drifts.len(), "variant"),
+        verb(drifts.len(), "does", "do"),
+        verb(moved, "lets", "let"),
         significant(*drift, 3)
     ))
 }
@@ -128,8 +133,8 @@ fn correction(facts: &Facts) -> Option<String> {
     };
     let [none, literal, consistent] = CORRECTIONS.map(spin);
     Some(format!(
-        "On the softer spinning sheet Desbrun's method leaves {} of the spin without correction, \
-         {} with the printed one, {} with a consistent one.",
+        "On the softer spinning sheet, Desbrun's method keeps {} of the spin without correction, \
+         {} with the printed one and {} with a consistent one.",
         percent(none?, 2),
         percent(literal?, 2),
         percent(consistent?, 2)
@@ -142,10 +147,11 @@ fn gains(facts: &Facts) -> Option<String> {
     let all = stable.clone().count();
     let gaining = stable.filter(|gain| *gain > LEAST_CHANGE);
     let most = gaining.clone().reduce(f64::max)?;
+    let gains = gaining.count();
     Some(format!(
-        "Kept spin is not kept energy: {} of {all} stable runs gain more than {} % of the energy \
-         of the spin, at most {} %.",
-        gaining.count(),
+        "Keeping the spin does not keep the energy: {gains} of {all} stable runs {} more than {} % \
+         of the energy of the spin, at most {} %.",
+        verb(gains, "gains", "gain"),
         trimmed(100.0 * LEAST_CHANGE, 2),
         significant(100.0 * most, 2)
     ))
@@ -182,8 +188,8 @@ fn prototype(facts: &Facts) -> Option<String> {
     let confirmed = compared.iter().filter(|(_, is_confirmed)| *is_confirmed).count();
     (!compared.is_empty()).then(|| {
         format!(
-            "An independent prototype confirms {confirmed} of {} values of Desbrun's method; where \
-             it took its lever arms is not known.",
+            "An independent prototype confirms {confirmed} of {} values of Desbrun's method; its \
+             choice of lever arms is unknown.",
             compared.len()
         )
     })
@@ -195,8 +201,14 @@ fn shorter(facts: &Facts) -> Option<String> {
         facts.scenes.iter().any(|scene| scene.id == row.scene && row.step_s < scene.step_s)
     };
     let labels = facts.rows.iter().filter(is_shorter).map(|row| &row.label);
-    let count = labels.collect::<std::collections::BTreeSet<_>>().len();
-    (count > 0).then(|| format!("{count} explicit variants take shorter steps than the others."))
+    let shorter = labels.collect::<std::collections::BTreeSet<_>>().len();
+    (shorter > 0).then(|| {
+        format!(
+            "{} {} shorter steps than the others.",
+            count(shorter, "explicit variant"),
+            verb(shorter, "takes", "take")
+        )
+    })
 }
 
 #[cfg(test)]

@@ -15,10 +15,11 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "order-observed.svg",
         title: "Observed order of accuracy",
-        caption: "On smooth scenes every method stands on its bar, the order of theory (none: it \
-            claims none); with stiff springs most fall short of it. Slope of log e over log h, \
-            where e is the error of the positions after 0.25 s and h the step; four steps, each \
-            half the one before. Crossed out on the left: fewer than three runs for a slope.",
+        caption: "On smooth scenes nearly every method stands on its bar, the order of theory \
+            (none: it claims none); with stiff springs most methods fall short of it. Slope of \
+            log e over log h, where e is the error of the positions after 0.25 s and h the step; \
+            four steps, each half the one before. Crossed out on the left: fewer than three runs \
+            for a slope.",
         draw: Draw::Sheet(observed),
     },
     Plate {
@@ -33,11 +34,11 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "order-stiff.svg",
         title: "Error against the time step, stiff springs",
-        caption: "At k/m = 10⁶ s⁻² (right) errors hardly fall with h; one that stays near 1 means \
-            that the sheet all but stands still. At 10⁴ s⁻² (left) several methods still show \
-            their order. Error of the positions after 0.25 s over how far the sheet has moved; \
-            black lines have slope 1 and 2. Crossed out: diverged, or farther off than the sheet \
-            has moved.",
+        caption: "At k/m = 10⁶ s⁻² (right) errors hardly fall with h; an error that stays near 1 \
+            means that the sheet almost stands still. At 10⁴ s⁻² (left) several methods still \
+            show their order. Error of the positions after 0.25 s over how far the sheet has \
+            moved; black lines have slope 1 and 2. Crossed out: diverged, or farther off than the \
+            sheet has moved.",
         draw: Draw::Sheet(stiff),
     },
 ];

@@ -1,12 +1,13 @@
 //! The words of the study `order`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::{count, listed, verb};
 use drape_report::Words;
 use drape_report::number::{power, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Does the error of every method fall with its theoretical order, \
-     and what is left of it on stiff springs?";
+     and does that order remain on stiff springs?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["course"];
 
@@ -41,15 +42,17 @@ fn acceptance(facts: &Facts) -> Option<String> {
     names.dedup();
     let but = match names.len() {
         0 => String::new(),
-        1..=FEW => format!("; not so {}", names.join(", ")),
-        count => format!("; not so {count} variants"),
+        1 => format!(" The exception is {}.", listed(&names)),
+        2..=FEW => format!(" The exceptions are {}.", listed(&names)),
+        others => format!(" The exceptions are {others} variants."),
     };
     let all = claiming.len();
     let shown = all - failing.count();
     (all > 0).then(|| {
         format!(
-            "Where steps resolve every oscillation, variants show the order that they claim, \
-             within {ACCEPTED}, in {shown} of {all} cases{but}."
+            "Where steps resolve every oscillation, variants show their claimed order within \
+             {ACCEPTED} in {shown} of {}.{but}",
+            count(all, "case")
         )
     })
 }
@@ -68,8 +71,9 @@ fn stiff(facts: &Facts) -> Option<String> {
         (all > 0).then(|| format!("{kept} of {all} at k/m = {k} s⁻²"))
     };
     let lines: Vec<_> = unresolved(facts).filter_map(line).collect();
-    (!lines.is_empty())
-        .then(|| format!("On stiff springs these still show it: {}.", lines.join(", ")))
+    (!lines.is_empty()).then(|| {
+        format!("On stiff springs, the claimed order remains with {}.", lines.join(" and "))
+    })
 }
 
 /// Numbers of the outcomes of all variants on a stiff scene.
@@ -96,11 +100,15 @@ fn unclaimed(facts: &Facts) -> Option<String> {
     let resolved = facts.scenes.iter().filter(|scene| scene.resolved);
     let rows = resolved.flat_map(|scene| rows(facts, scene)).filter(|row| row.theory.is_none());
     let labels: std::collections::BTreeSet<_> = rows.clone().map(|row| &row.label).collect();
+    let claiming = labels.len();
     let error = rows.filter_map(finest_error).reduce(f64::max)?;
     Some(format!(
-        "Variants that claim no order solve another equation: {}; with them up to {} % of the \
-         motion is wrong at the finest step.",
-        labels.len(),
+        "{} that {} no order {} another equation; {} error at the finest step reaches {} % of the \
+         motion.",
+        count(claiming, "variant"),
+        verb(claiming, "claims", "claim"),
+        verb(claiming, "solves", "solve"),
+        verb(claiming, "its", "their"),
         significant(100.0 * error, 2)
     ))
 }
@@ -116,7 +124,7 @@ fn constants(facts: &Facts) -> Option<String> {
     };
     let (factor, theory) = (1..=3).filter_map(spread).max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
-        "Error constants of one order differ by a factor of up to {}, at order {theory}.",
+        "Error constants of methods of one order differ by a factor of up to {} (order {theory}).",
         significant(factor, 2)
     ))
 }
@@ -126,7 +134,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let span = facts.scenes.iter().map(|scene| scene.span_s).reduce(f64::max);
     let mut caveats: Vec<String> = Vec::new();
     caveats.extend(span.map(|span| format!("The sheet is small and falls for {span} s only.")));
-    caveats.push("Solvers are set so tight that their residuals do not show.".to_owned());
+    caveats.push("Solver tolerances are so tight that residuals do not show.".to_owned());
     caveats.extend(
         error.map(|e| format!("The references are off by at most {} m.", significant(e, 2))),
     );

@@ -24,10 +24,10 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "pictures-methods.png",
         title: "All methods on the same sheet",
-        caption: "Explicit methods diverge within the first tenth of a second (named below); of the \
-            others some hang almost still, some bring the cloth down on time. A sheet of 400 \
-            particles, k/m = 10⁶ s⁻², released flat and held at two corners, h = 0.01 s, default \
-            settings; a row for each method, a column for each time. The first row is the \
+        caption: "Most explicit methods diverge within the first tenth of a second (named below); \
+            of the others, some hang almost still and some bring the cloth down on time. A sheet \
+            of 400 particles, k/m = 10⁶ s⁻², starts flat and hangs from two corners, h = 0.01 s, \
+            default settings; a row for each method, a column for each time. The first row is the \
             reference, leapfrog with a fiftieth of that step.",
         draw: Draw::Picture(|input| methods(&input.facts).map(png)),
     },

@@ -1,6 +1,7 @@
 //! The words of the study `pictures`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::{count, verb};
 use drape_report::Words;
 use drape_report::number::{power, significant};
 
@@ -70,12 +71,13 @@ fn diverged(facts: &Facts) -> Option<String> {
     let shot = first(facts).next().filter(|_| is_compared(facts))?;
     let scene = facts.scenes.iter().find(|scene| scene.id == shot.scene)?;
     let last = methods(facts).map(|shot| shot.time_s).reduce(f64::max)?;
+    let lost = first(facts).filter(|shot| has_diverged(shot)).count();
     Some(format!(
-        "With h = {} s on a sheet of k/m = {} s⁻² {} of {} methods diverge within {last} s.",
+        "With h = {} s, {lost} of {} methods {} within {last} s on a sheet of k/m = {} s⁻².",
         shot.step_s,
-        power(scene.stiffness_over_mass_per_s2),
-        first(facts).filter(|shot| has_diverged(shot)).count(),
-        first(facts).count()
+        first(facts).count(),
+        verb(lost, "diverges", "diverge"),
+        power(scene.stiffness_over_mass_per_s2)
     ))
 }
 
@@ -87,11 +89,13 @@ fn with_share(facts: &Facts, test: impl Fn(f64) -> bool) -> Vec<&Shot> {
 
 fn fallen(facts: &Facts) -> Option<String> {
     let time = first_time(facts);
+    let on_time = with_share(facts, |share| share >= ON_TIME).len();
     is_compared(facts).then(|| {
         format!(
-            "After {time} s {} others have come down by at least {} % of the true fall, {} by less \
-             than {} %.",
-            with_share(facts, |share| share >= ON_TIME).len(),
+            "After {time} s, {} {} fallen at least {} % as far as the reference, and {} less than \
+             {} %.",
+            count(on_time, "other method"),
+            verb(on_time, "has", "have"),
             significant(100.0 * ON_TIME, 2),
             with_share(facts, |share| share < HANGING).len(),
             significant(100.0 * HANGING, 2)
@@ -102,14 +106,18 @@ fn fallen(facts: &Facts) -> Option<String> {
 fn failing(facts: &Facts) -> Option<String> {
     let failing = first(facts).filter(|shot| has_diverged(shot));
     let names = listed(failing.clone());
-    (failing.count() > 0 && !names.is_empty()).then(|| format!("Diverged{names}."))
+    (failing.count() > 0 && !names.is_empty()).then(|| format!("Methods that diverge{names}."))
 }
 
 fn hanging(facts: &Facts) -> Option<String> {
     let hanging = with_share(facts, |share| share < HANGING);
     let names = listed(hanging.iter().copied());
-    (!hanging.is_empty() && !names.is_empty())
-        .then(|| format!("Less than {} % of the fall{names}.", significant(100.0 * HANGING, 2)))
+    (!hanging.is_empty() && !names.is_empty()).then(|| {
+        format!(
+            "Methods that fall less than {} % as far as the reference{names}.",
+            significant(100.0 * HANGING, 2)
+        )
+    })
 }
 
 /// The method that falls farthest, if it falls too far.
@@ -118,7 +126,8 @@ fn farthest(facts: &Facts) -> Option<String> {
     let (shot, share) = shares.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (share > 2.0).then(|| {
         format!(
-            "A long fall is no success: at {} s `{}` has fallen {} times as far as the reference.",
+            "A long fall does not mean success: at {} s, `{}` has fallen {} times as far as the \
+             reference.",
             shot.time_s,
             shot.label,
             significant(share, 2)

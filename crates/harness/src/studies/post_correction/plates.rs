@@ -16,21 +16,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "post-correction-order.svg",
         title: "The order of the sweep decides where the corrected sheet is",
-        caption: "At 2 s most orders differ by more than 1 % of the motion (dashed line), a \
-                  disturbed start by ten thousand times less. Distance to the run with forward \
-            sweeps, over the motion of the stiff sheet; Provot's method, limit 0.1, one sweep a \
-            step above, ten below, grid left, triangles right. `list 1` and `list 2`: forward \
-            over permuted springs.",
+        caption: "At 2 s, most orders of the sweep differ by more than 1 % of the motion (dashed \
+            line); a disturbed start differs by ten thousand times less. Distance to the run with \
+            forward sweeps, over the motion of the stiff sheet; Provot's method, limit 0.1, one \
+            sweep a step above, ten below, grid left, triangles right. `list 1` and `list 2`: \
+            forward over permuted springs.",
         draw: Draw::Sheet(order),
     },
     Plate {
         file: "post-correction-limit.svg",
         title: "Does a soft sheet with ever narrower limits become a stiff one?",
-        caption: "Curves fall towards the left, so narrower limits come nearer to the stiff \
-                  sheet, but level off far from it. Distance of the corrected soft sheet (k/m = \
-            10⁴ s⁻²) to the stiff one (10⁷ s⁻²) over its motion, against the elongation that the \
-            limit allows. Dashed: the soft sheet without \
-            correction.",
+        caption: "Curves fall towards the left: narrower limits bring the soft sheet nearer to the \
+            stiff sheet, but the curves level off far from it. Distance of the corrected soft \
+            sheet (k/m = 10⁴ s⁻²) to the stiff one (10⁷ s⁻²) over its motion, against the \
+            elongation that the limit allows. Dashed: the soft sheet without correction.",
         draw: Draw::Sheet(limit),
     },
     Plate {
@@ -46,11 +45,10 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "post-correction-bill.svg",
         title: "What the correction takes and gives",
-        caption: "Residuals about 1 say that the forces of the correction are as large as all \
-                  forces of the model; the corrections hold nearly all of the weight. Energy \
-            given and taken, over what the fall sets free; share of the weight held; residual ‖M \
-            a − f‖/‖f‖. Forward sweeps; a line is a mesh, a method, sweeps a step and a \
-            limit.",
+        caption: "A residual near 1 means that the forces of the correction are as large as all \
+            forces of the model; the corrections carry nearly all of the weight. Energy given and \
+            taken, over what the fall sets free; share of the weight held; residual ‖M a − \
+            f‖/‖f‖. Forward sweeps; each line is a mesh, a method, sweeps a step and a limit.",
         draw: Draw::Sheet(bill),
     },
 ];

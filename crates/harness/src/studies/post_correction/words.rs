@@ -70,9 +70,8 @@ fn approach(facts: &Facts) -> Option<String> {
              away."
         ),
         n => format!(
-            "No: every narrower limit brings the corrected sheet nearer to the stiff one in {n} \
-             of {} series, but leaves it at least {left} % of the motion \
-             away.",
+            "No: in {n} of {} series, every narrower limit brings the corrected sheet nearer to \
+             the stiff one, but it stays at least {left} % of the motion away.",
             series.len()
         ),
     })
@@ -93,7 +92,7 @@ fn residual(facts: &Facts) -> Option<String> {
     };
     let size = if least >= 1.0 { ": as large as all forces" } else { "" };
     Some(format!(
-        "Its motion leaves a residual of at least {} of the forces in the equation{size}{verdict}.",
+        "The residual of its equation of motion is at least {} of the forces{size}{verdict}.",
         significant(least, 2)
     ))
 }
@@ -106,12 +105,11 @@ fn order(facts: &Facts) -> Option<String> {
     let disturbed = facts.rows.iter().filter(|row| row.order == PERTURBED);
     let disturbed = disturbed.flat_map(|row| &row.order_distance).copied().reduce(f64::max);
     let disturbed = disturbed.map_or_else(String::new, |distance| {
-        format!("; a disturbed start moves it by {} % at most", significant(100.0 * distance, 1))
+        format!("; a disturbed start changes it by at most {} %", significant(100.0 * distance, 1))
     });
     Some(format!(
         "The order of the sweep decides where the sheet ends in {depends} of {} groups, by up to \
-         {} % of the \
-         motion{disturbed}.",
+         {} % of the motion{disturbed}.",
         last.len(),
         significant(100.0 * most, 2)
     ))
@@ -130,9 +128,8 @@ fn energy(facts: &Facts) -> Option<String> {
     let held: Vec<_> = forward(facts).map(|row| 100.0 * row.weight_held).collect();
     let (least, most) = range(held.iter().copied())?;
     Some(format!(
-        "Corrections hold {least} to {most} % of the weight; they give up to {} % of the energy \
-         of the fall and take up to {} \
-         %.",
+        "Corrections carry {least} to {most} % of the weight; they add up to {} % of the energy of \
+         the fall and remove up to {} %.",
         significant(100.0 * given, 2),
         significant(100.0 * taken, 2)
     ))
@@ -158,8 +155,7 @@ fn sweeps(facts: &Facts) -> Option<String> {
     let all = facts.sweeps.len();
     Some(format!(
         "{met} of {all} stretched sheets meet the limit within {most} sweeps; the first sweep \
-         lengthens the longest spring in \
-         {}.",
+         lengthens the longest spring in {}.",
         facts.sweeps.iter().filter(worse).count()
     ))
 }

@@ -14,21 +14,19 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "inverse-counts.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, counted",
-        caption: "The inverse is the dearest in every panel; above the dashed line a change of h \
-                  or k \
-            costs it more than twenty solves. Operations to make what is kept and to solve once, \
-            memory, and how many solves the making is worth. Hanging sheet; CG at ε = 0.001, at \
-            two values of k/m and for one fabric.",
+        caption: "The dense inverse costs most in every panel; above the dashed line, a change of \
+            h or k costs it more than twenty solves. Operations for the set-up and for one solve, \
+            memory, and the set-up over a solve. Hanging sheet; CG at ε = 0.001, at two values of \
+            k/m and for one fabric.",
         draw: Draw::Sheet(counts),
     },
     Plate {
         file: "inverse-cost.svg",
         title: "What an inverse, a sparse factor and conjugate gradients cost, timed",
         caption: "A step is fastest with the sparse factor or, on soft sheets, with CG. Above the \
-                  dashed line a rebuild costs more than twenty steps. Medians of five repetitions \
-            on one core: first set-up; rebuild after a change of the step; a whole step of the \
-            hanging sheet; the rebuild in steps' worth, against the number of \
-            particles.",
+            dashed line a rebuild costs more than twenty steps. Medians of five repetitions on \
+            one core against the number of particles: first set-up; rebuild after a change of the \
+            step; a whole step of the hanging sheet; the rebuild over a step.",
         draw: Draw::Sheet(cost),
     },
 ];
@@ -66,7 +64,7 @@ fn panel(title: &str, label: &str, sizes: &[f64], curves: &[Curve<'_>], is_worth
         panel.series.extend(Series::new(name(solver, series), look, points.collect()));
     }
     if is_worth {
-        panel.rules = vec![Rule { label: "20 steps' worth".to_owned(), at: At::Y(DEAR) }];
+        panel.rules = vec![Rule { label: "20 times as much".to_owned(), at: At::Y(DEAR) }];
     }
     panel
 }
@@ -100,7 +98,7 @@ fn counts(input: &Input) -> Option<Sheet> {
         panel("To solve once", "operations", &sizes, &of(|row| row.solve_operations), false),
         panel("Memory", "bytes", &sizes, &of(|row| row.kept_bytes as f64), false),
         panel(
-            "Making in solves' worth",
+            "Set-up over one solve",
             "solves",
             &sizes,
             &of(|row| row.setup_operations / row.solve_operations),
@@ -129,7 +127,7 @@ fn cost(input: &Input) -> Option<Sheet> {
         panel("First set-up", "time (ms)", &sizes, &of(|row| milliseconds(&row.setup_ns)), false),
         panel("Rebuild", "time (ms)", &sizes, &of(|row| milliseconds(&row.rebuild_ns)), false),
         panel("A step", "time (ms)", &sizes, &of(|row| milliseconds(&row.step_ns)), false),
-        panel("Rebuild in steps' worth", "steps", &sizes, &of(worth), true),
+        panel("Rebuild over one step", "steps", &sizes, &of(worth), true),
     ];
     (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
@@ -170,7 +168,7 @@ fn solvers(input: &Input) -> Table {
             "memory (KiB)",
             "to make",
             "to solve",
-            "solves' worth",
+            "set-up (solves)",
             "CG a step",
             "difference",
         ]),
@@ -252,8 +250,16 @@ fn times(rows: &[TimingRow]) -> Table {
         ]
     };
     Table {
-        title: "**Timed**, medians, ms; the rebuild also in steps' worth.".to_owned(),
-        header: texts(&["particles", "solver", "set-up", "rebuild", "step", "solve", "worth"]),
+        title: "**Timed**, medians, ms; the rebuild also in steps.".to_owned(),
+        header: texts(&[
+            "particles",
+            "solver",
+            "set-up",
+            "rebuild",
+            "step",
+            "solve",
+            "rebuild (steps)",
+        ]),
         names: 2,
         rows: rows.iter().map(line).collect(),
     }

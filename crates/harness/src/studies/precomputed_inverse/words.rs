@@ -5,15 +5,13 @@ use drape_report::Words;
 use drape_report::number::{power, significant};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "What do a precomputed inverse, a sparse factor and conjugate \
-                                   gradients cost to make, keep, use and change?";
+pub(super) const QUESTION: &str = "What do a dense inverse, a sparse factor and conjugate \
+                                   gradients cost in set-up, memory, solves and changes?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["cg-vs-stiffness"];
 
 /// Largest relative difference at which solutions agree.
 const AGREE: f64 = 1e-9;
-/// A rebuild that costs less than this many solves is cheap.
-const CHEAP: f64 = 20.0;
 const MIB: f64 = 1024.0 * 1024.0;
 
 /// The findings that the facts support.
@@ -44,9 +42,9 @@ fn dense(facts: &Facts) -> Option<String> {
     };
     (!pairs.is_empty()).then(|| {
         if pairs.iter().all(is_dearer) {
-            "At every size the inverse is the dearest to make, to keep and to use.".to_owned()
+            "At every size the dense inverse costs most in set-up, memory and solves.".to_owned()
         } else {
-            "The inverse is not the dearest at every size.".to_owned()
+            "The dense inverse does not cost most at every size.".to_owned()
         }
     })
 }
@@ -67,9 +65,8 @@ fn solves(facts: &Facts) -> Option<String> {
         None => "A solve takes fewer operations with the sparse factor than with CG at every size."
             .to_owned(),
         Some((particles, name)) => format!(
-            "A solve takes the fewest operations with the sparse factor, until CG overtakes it \
-             from {particles} particles on \
-             ({name})."
+            "A solve takes the fewest operations with the sparse factor, but from {particles} \
+             particles on CG takes fewer ({name})."
         ),
     })
 }
@@ -81,13 +78,13 @@ fn worth(facts: &Facts) -> Option<String> {
         worths.reduce(f64::max)
     };
     let said = |solver: &str, worth: f64| {
-        let verdict = if worth < CHEAP { "cheap" } else { "dear" };
-        format!("{verdict} for the {solver} (up to {} solves' worth)", significant(worth, 2))
+        format!("up to {} solves with the {solver}", significant(worth, 2))
     };
     let solvers =
         [DENSE, CHOLESKY].into_iter().filter_map(|solver| Some(said(solver, of(solver)?)));
     let solvers: Vec<_> = solvers.collect();
-    (!solvers.is_empty()).then(|| format!("A change of h or k is {}.", solvers.join(" and ")))
+    (!solvers.is_empty())
+        .then(|| format!("A change of h or k costs as much as {}.", solvers.join(" and ")))
 }
 
 fn agreement(facts: &Facts) -> Option<String> {
@@ -95,7 +92,7 @@ fn agreement(facts: &Facts) -> Option<String> {
     let worst = others.map(|row| row.disagreement).max_by(f64::total_cmp)?;
     let verdict = if worst <= AGREE { "agree" } else { "do not agree" };
     Some(format!(
-        "The three solvers {verdict}: their solutions differ by at most {} of themselves.",
+        "The three solvers {verdict}: the relative difference of their solutions is at most {}.",
         significant(worst, 2)
     ))
 }
@@ -105,7 +102,8 @@ fn memory(facts: &Facts) -> Option<String> {
     let (dense, sparse, cg) = (largest(DENSE)?, largest(CHOLESKY)?, largest(CG)?);
     let memory = |row: &Solver| significant(row.kept_bytes as f64 / MIB, 2);
     Some(format!(
-        "At {} particles the inverse needs {} MiB, the sparse factor {} MiB and IC(0) {} MiB.",
+        "At {} particles, the dense inverse needs {} MiB, the sparse factor {} MiB and IC(0) {} \
+         MiB.",
         dense.particles,
         memory(dense),
         memory(sparse),
@@ -117,7 +115,7 @@ fn iterations(facts: &Facts) -> Option<String> {
     let counts = || of(facts, CG).map(|row| row.cg_per_step);
     let (least, most) = (counts().reduce(f64::min)?, counts().reduce(f64::max)?);
     Some(format!(
-        "CG takes {} to {} iterations a step, by size and stiffness.",
+        "CG takes {} to {} iterations a step, depending on size and stiffness.",
         significant(least, 2),
         significant(most, 2)
     ))
@@ -129,10 +127,14 @@ fn rebuilds(facts: &Facts) -> Option<String> {
         |run: &super::facts::Change| run.first + run.step_size + run.stiffness + run.constraints;
     let counts = || facts.changes.iter().map(all);
     let (least, most) = (counts().min()?, counts().max()?);
-    let times = if least == most { most.to_string() } else { format!("{least} to {most}") };
+    let times = match most {
+        1 => "once".to_owned(),
+        _ if least == most => format!("{most} times"),
+        _ => format!("{least} to {most} times"),
+    };
     Some(format!(
-        "In {} steps with changes of h, k, masses and pins each method sets its operator up \
-         {times} times.",
+        "In {} steps with changes of h, k, masses and pins, each method sets up its operator \
+         {times}.",
         first.steps
     ))
 }
@@ -141,13 +143,10 @@ fn fresh(facts: &Facts) -> Option<String> {
     let distances = facts.changes.iter().flat_map(|run| &run.distance_to_fresh_m).copied();
     let greatest = distances.reduce(f64::max)?;
     Some(if greatest <= AGREE {
-        format!(
-            "After every change each method goes on as one that starts anew, within {} m.",
-            power(AGREE)
-        )
+        format!("After every change, each method agrees with a fresh start to {} m.", power(AGREE))
     } else {
         format!(
-            "After a change a method ends up to {} m from one that starts anew.",
+            "After a change, a method differs from a fresh start by up to {} m.",
             significant(greatest, 2)
         )
     })
@@ -157,7 +156,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let largest = facts.solvers.iter().map(|row| row.particles).max();
     let largest = largest.map(|n| format!("Sheets are square grids of at most {n} particles."));
     let operations =
-        "Operations are counted to leading order; they are no time, which has tables of its own.";
+        "Operations are counted to leading order; measured times stand in tables of their own.";
     let stiffness = of(facts, CG).map(|row| row.stiffness_over_mass_per_s2).reduce(f64::max);
     let stiffness = stiffness.map(|k| {
         format!("CG was run up to k/m = {} s⁻²; stiffer sheets take more iterations.", power(k))

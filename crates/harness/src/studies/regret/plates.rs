@@ -15,11 +15,12 @@ pub(super) type Input = crate::studies::Input<Facts, TimingRow>;
 pub(super) const PLATES: &[Plate<Input>] = &[Plate {
     file: "regret.svg",
     title: "Time of the advised form over that of the best one",
-    caption: "A point a scene and target. Across: modelled time of the whole comparison over that \
-        of an exhaustive search, so that points on the left were cheap to find. Upwards: the regret, \
-        modelled time of the advised run over that of the best run of all forms; 1 is the best run \
-        itself, the dashed line the greatest that the advice should have. Scenes on which nothing \
-        was tuned.",
+    caption: "Points near the lower left corner are the goal: a short comparison found a form \
+        as fast as the best one. Each point is a scene and a target. Across: modelled time of the \
+        whole comparison over that of an exhaustive search. Upwards: the regret, modelled time of \
+        the advised run over that of the best run of all forms; 1 is the best run itself. The \
+        dashed line marks the greatest regret that the advice may have. Nothing was tuned on \
+        these scenes.",
     draw: Draw::Sheet(figure),
 }];
 

@@ -5,8 +5,8 @@ use drape_report::Words;
 use drape_report::number::{median, percent, significant};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Is the advice of `drape compare` as good as an exhaustive search, \
-     on scenes on which nobody tuned it?";
+pub(super) const QUESTION: &str = "Is the advice of drape compare as good as an exhaustive search, \
+     on scenes for which nobody tuned it?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
 
@@ -22,14 +22,14 @@ pub(super) fn words(facts: &Facts) -> Words {
         untrusted(facts),
         not_measured(facts),
         Some(
-            "Time is modelled from counted work, so that the facts are the same everywhere; the \
-             tables by the clock say what one machine saw."
+            "Time is modelled from counted work, so the facts are the same everywhere; the tables \
+             by the clock hold for one machine."
                 .to_owned(),
         ),
         Some(
-            "The scenes have at most 144 particles, last half a second, and hold springs, gravity and \
-             pins alone: prices know no other force. Contact, friction, wind and angles are judged \
-             by the clock alone."
+            "The scenes have at most 144 particles, last half a second, and hold only springs, \
+             gravity and pins, because prices know no other force. Only the clock judges contact, \
+             friction, wind and angles."
                 .to_owned(),
         ),
     ];
@@ -67,8 +67,8 @@ fn cost(facts: &Facts) -> Option<String> {
     let is_kept = middle <= MEDIAN && worst <= WORST;
     let verdict = if is_kept { "within" } else { "beyond" };
     Some(format!(
-        "It costs {} times the best form in the median and {} times at most: {verdict} the aim of \
-         {MEDIAN} and {WORST}.",
+        "It takes {} times as long as the best form in the median and {} times at most, which is \
+         {verdict} the aim of {MEDIAN} and {WORST}.",
         significant(middle, 3),
         significant(worst, 3)
     ))
@@ -89,8 +89,8 @@ fn worst(facts: &Facts) -> Option<String> {
     let (advice, best) = case.advice.as_ref().zip(case.best.as_ref())?;
     (regret(&case) > 1.0).then(|| {
         format!(
-            "The greatest regret is that of `{}` at {} mm: it advises {} with {} steps a frame; \
-             best is {} with {}.",
+            "The regret is greatest for `{}` at {} mm: the advice is {} with {} steps a frame, and \
+             the best form is {} with {}.",
             case.scene,
             significant(1e3 * case.target_m, 2),
             advice.label,
@@ -104,7 +104,8 @@ fn worst(facts: &Facts) -> Option<String> {
 fn same(facts: &Facts) -> Option<String> {
     let found = facts.cases.iter().filter(|case| case.regret.is_some_and(|regret| regret <= 1.0));
     let all = regrets(facts).count();
-    (all > 0).then(|| format!("In {} of {all} cases it finds the best run itself.", found.count()))
+    (all > 0)
+        .then(|| format!("In {} of {all} cases, the comparison finds the best run.", found.count()))
 }
 
 fn count(facts: &Facts, is_it: impl Fn(&Case) -> bool) -> Option<String> {
@@ -119,14 +120,14 @@ fn count(facts: &Facts, is_it: impl Fn(&Case) -> bool) -> Option<String> {
 fn lacking(facts: &Facts) -> Option<String> {
     let cases = count(facts, Case::lacks_advice)?;
     Some(format!(
-        "In {cases} the search finds a form that meets the target and the comparison none; that \
-         counts as not met."
+        "In {cases}, the search finds a form that meets the target but the comparison finds none; \
+         that counts as not met."
     ))
 }
 
 fn none(facts: &Facts) -> Option<String> {
     let cases = count(facts, |case| case.best.is_none())?;
-    Some(format!("In {cases} the search finds no form that meets the target."))
+    Some(format!("In {cases}, the search finds no form that meets the target."))
 }
 
 fn untrusted(facts: &Facts) -> Option<String> {
@@ -137,8 +138,8 @@ fn untrusted(facts: &Facts) -> Option<String> {
 fn not_measured(facts: &Facts) -> Option<String> {
     let cases = count(facts, |case| case.outcome() == Some(Outcome::NotMeasured))?;
     Some(format!(
-        "In {cases} no true motion was found for the pushed cloth: they count neither as met nor as \
-         missed."
+        "In {cases}, no true motion was found for the pushed cloth: this counts neither as met nor \
+         as missed."
     ))
 }
 
@@ -177,7 +178,10 @@ mod tests {
         let good = Facts { cases: vec![case(1.0, Some(0.009)), case(1.2, Some(0.01))] };
         let said = words(&good).conclusion;
         assert!(said.contains("in 2 of 2 cases, as it should"), "{said}");
-        assert!(said.contains("1.10 times the best form in the median and 1.20"), "{said}");
+        assert!(
+            said.contains("1.10 times as long as the best form in the median and 1.20"),
+            "{said}"
+        );
         assert!(said.contains("within the aim"), "{said}");
         let bad = Facts { cases: vec![case(1.0, None), case(1.6, Some(0.02))] };
         let said = words(&bad).conclusion;
@@ -195,9 +199,9 @@ mod tests {
         let said = words(&Facts { cases });
         assert!(said.conclusion.contains("in 1 of 2 cases, and should more"), "{said:?}");
         let observed = said.observations.join(" ");
-        assert!(observed.contains("In 1 case the search finds a form that meets"), "{said:?}");
-        assert!(observed.contains("In 1 case the search finds no form"), "{said:?}");
+        assert!(observed.contains("In 1 case, the search finds a form that meets"), "{said:?}");
+        assert!(observed.contains("In 1 case, the search finds no form"), "{said:?}");
         let caveats = said.caveats.join(" ");
-        assert!(caveats.contains("In 1 case no true motion was found"), "{said:?}");
+        assert!(caveats.contains("In 1 case, no true motion was found"), "{said:?}");
     }
 }

@@ -18,18 +18,18 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "rest-arrival.svg",
         title: "When the cloth has come to rest",
-        caption: "Long steps of first order come to rest soonest, for they damp. A panel a scene. \
-            Across: length of a step. Upwards: simulated time after which the surface stays within \
-            1 mm of its rest shape. Only runs whose shape is right; the dashed line is the time \
-            that a run has.",
+        caption: "First-order methods with long steps come to rest soonest, because they damp the \
+            motion. Each panel is a scene. Across: length of a step. Upwards: simulated time \
+            after which the surface stays within 1 mm of its rest shape. Only runs whose shape is \
+            right; the dashed line is the time that a run has.",
         draw: Draw::Sheet(arrival),
     },
     Plate {
         file: "rest-cheapest.svg",
         title: "Seconds until the cloth rests",
-        caption: "Marked: the cheapest of a scene and all within a factor of 1.5, a tie. The number \
-            is the time, on one core, of the cheapest run of a form until its surface stays within \
-            1 mm of its rest shape, which must be a right one.",
+        caption: "Marked runs are the cheapest of a scene or tie with it, within a factor of 1.5. \
+            The number is the time on one core that the cheapest run of a form takes until its \
+            surface stays within 1 mm of its rest shape, which must be a right one.",
         draw: Draw::Matrix(cheapest),
     },
 ];

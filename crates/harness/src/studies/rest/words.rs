@@ -1,13 +1,13 @@
 //! The words of the study `rest`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, RIGHT, Run, Scene, THERE, TIE};
-use crate::studies::names::{labels, methods, range};
+use crate::studies::names::{count, labels, methods, range, theirs, told, verb};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Who brings a cloth to rest on a table first, and to the right \
-                                   shape?";
+pub(super) const QUESTION: &str = "Which method brings a cloth to rest on a table first, and in \
+                                   the right shape?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["locking", "animation"];
 
@@ -40,14 +40,16 @@ fn longest(facts: &Facts) -> Option<String> {
     };
     let all = forms(facts.runs.iter());
     let names: Vec<_> = all.iter().copied().filter(|label| arrives(label)).collect();
-    let count = all.len();
+    let known = count(all.len(), "form");
     Some(match names.len() {
-        0 if count == 0 => return None,
-        0 => format!("With steps of 0.1 s none of {count} forms comes to rest on every table."),
+        0 if all.is_empty() => return None,
+        0 => format!(
+            "With steps of 0.1 s, none of {known} comes to rest in a right shape on every table."
+        ),
         n => format!(
-            "With steps of 0.1 s {n} of {count} forms come to rest in a right shape on every \
-             table, of {}.",
-            methods(&names)
+            "With steps of 0.1 s, {n} of {known} {} to rest in a right shape on every table; {}.",
+            verb(n, "comes", "come"),
+            theirs(&names)
         ),
     })
 }
@@ -63,12 +65,13 @@ fn priced(facts: &Facts) -> Option<String> {
     let ties = all.iter().filter(|(run, time)| *time <= TIE * least && run.label != first.label);
     let ties = forms(ties.map(|(run, _)| *run));
     let tied = match ties.as_slice() {
-        [] => "no other ties".to_owned(),
-        ties => format!("{} of other forms tie", ties.len()),
+        [] => "no other form ties".to_owned(),
+        [_] => "1 other form ties".to_owned(),
+        ties => format!("{} other forms tie", ties.len()),
     };
     let what = methods(&[&first.label]);
     Some(format!(
-        "On the square table {what} is first with {} ms of modelled time; {tied}.",
+        "On the square table, {what} is first with {} ms of modelled time; {tied}.",
         significant(1e3 * least, 2)
     ))
 }
@@ -77,20 +80,16 @@ fn priced(facts: &Facts) -> Option<String> {
 fn shapes(facts: &Facts) -> Option<String> {
     let came: Vec<&Run> = facts.runs.iter().filter(|run| run.arrival_s.is_some()).collect();
     let wrong = came.iter().filter(|run| run.verdict == Verdict::Stable && !run.is_right());
-    let (wrong, count) = (wrong.count(), came.len());
-    (count > 0).then(|| {
+    let wrong = wrong.count();
+    (!came.is_empty()).then(|| {
         format!(
-            "Of {count} runs that come to rest {wrong} end in a shape whose energy is more than \
-             {} % above the least known.",
+            "Of {} runs that come to rest, {wrong} {} in a shape whose energy is more than {} % \
+             above the least known.",
+            came.len(),
+            verb(wrong, "ends", "end"),
             100.0 * RIGHT
         )
     })
-}
-
-/// A sentence that counts forms and names their methods; `None` without any.
-fn told(what: &str, names: &[&str]) -> Option<String> {
-    (!names.is_empty())
-        .then(|| format!("{what} somewhere: {} forms, of {}.", names.len(), methods(names)))
 }
 
 fn with(facts: &Facts, verdict: Verdict) -> Vec<&str> {
@@ -99,7 +98,8 @@ fn with(facts: &Facts, verdict: Verdict) -> Vec<&str> {
 
 /// The forms that lock on some scene.
 fn still(facts: &Facts) -> Option<String> {
-    told("Less than half of the way comes", &with(facts, Verdict::Locked))
+    let rest = "on at least one table, with less than half of the way";
+    told(&with(facts, Verdict::Locked), ["locks", "lock"], rest)
 }
 
 /// The forms that gain energy although stiffness does not limit them.
@@ -109,7 +109,9 @@ fn failing(facts: &Facts) -> Option<String> {
         !run.is_limited
             && matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
     };
-    told("Energy is gained with some step", &forms(facts.runs.iter().filter(gains)))
+    let gaining = forms(facts.runs.iter().filter(gains));
+    let verbs = ["without a stiffness limit gains energy", "without a stiffness limit gain energy"];
+    told(&gaining, verbs, "with at least one step")
 }
 
 /// How many steps the forms need that fail with the longest steps.
@@ -123,8 +125,8 @@ fn shorter(facts: &Facts) -> Option<String> {
     let short: Vec<_> = needs.flatten().map(f64::from).filter(|&steps| steps > 3.0).collect();
     let steps = range(&short, |steps| steps.to_string())?;
     Some(format!(
-        "In {} cases a form that fails with 1 and 3 steps in 0.1 s arrives with {steps}.",
-        short.len()
+        "In {} a form fails on a table with 1 and 3 steps in 0.1 s, but arrives with {steps}.",
+        count(short.len(), "case")
     ))
 }
 
@@ -133,20 +135,20 @@ fn never(facts: &Facts) -> Option<String> {
     let arrives = |label: &str| facts.runs.iter().any(|run| run.label == label && run.is_right());
     let all = forms(facts.runs.iter());
     let never: Vec<_> = all.into_iter().filter(|label| !arrives(label)).collect();
-    (!never.is_empty()).then(|| {
-        format!("No step that was tried suits {} forms, of {}.", never.len(), methods(&never))
-    })
+    told(&never, ["reaches", "reach"], "a right shape with no step that was tried")
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
     let spans = facts.scenes.iter().map(|scene| scene.span_s).fold(0.0, f64::max);
     vec![
         format!(
-            "A run has at most {} simulated seconds, and an arrival is known to 0.1 s and {} mm.",
+            "A run lasts at most {} simulated seconds; a surface within {} mm of its rest shape \
+             has arrived, and the time of arrival is known to 0.1 s.",
             spans,
             significant(1e3 * THERE, 2)
         ),
-        "Air or full damping brings the cloth to rest; with other damping other methods are first."
+        "Air or full damping brings the cloth to rest; with other damping, other methods may be \
+         first."
             .to_owned(),
         "The table is a held part of the cloth, so that the static search sees all forces."
             .to_owned(),
@@ -216,16 +218,16 @@ mod tests {
         ];
         let words = words(&Facts { scenes: vec![scene()], runs });
         let said = &words.conclusion;
-        assert!(said.contains("1 of 6 forms come to rest"), "{said}");
+        assert!(said.contains("1 of 6 forms comes to rest"), "{said}");
         assert!(said.contains("`cheap` is first with 1000 ms"), "{said}");
-        assert!(said.contains("1 of other forms tie."), "{said}");
+        assert!(said.contains("1 other form ties."), "{said}");
         let said = words.observations.join("\n");
-        assert!(said.contains("Of 5 runs that come to rest 1 end"), "{said}");
-        assert!(said.contains("way comes somewhere: 1 forms, of `slow`."), "{said}");
-        assert!(
-            said.contains("In 1 cases a form that fails with 1 and 3 steps in 0.1 s"),
-            "{said}"
-        );
-        assert!(said.contains("tried suits 2 forms, of `slow` and `wrong`."), "{said}");
+        assert!(said.contains("Of 5 runs that come to rest, 1 ends"), "{said}");
+        assert!(said.contains("1 form locks on at least one table"), "{said}");
+        assert!(said.contains("half of the way; its method is `slow`."), "{said}");
+        assert!(said.contains("In 1 case a form fails on a table with 1 and 3 steps"), "{said}");
+        let never = "2 forms reach a right shape with no step that was tried; their methods are \
+                     `slow` and `wrong`.";
+        assert!(said.contains(never), "{said}");
     }
 }

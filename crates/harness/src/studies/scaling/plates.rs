@@ -20,20 +20,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "scaling-cost.svg",
         title: "Time of a step for each particle, from a hundred particles to a million",
-        caption: "Level curves mean cost in proportion to the size; beyond 10⁵ particles most \
-                  methods rise, as arrays leave the caches. Nanoseconds of a step over the number \
-            of particles: by family of methods, then by phase; k/m = 10⁴ s⁻². Dashed: one pass of the memory \
-            over positions, velocities and forces. Byte bound: the least bytes of a step at the \
-            measured bandwidth.",
+        caption: "A level curve means that cost grows in proportion to the size; beyond 10⁵ \
+            particles most methods rise, because arrays leave the caches. Nanoseconds of a step \
+            over the number of particles: by family of methods, then by phase; k/m = 10⁴ s⁻². \
+            Dashed: one pass of the memory over positions, velocities and forces. Byte bound: the \
+            least bytes of a step at the measured bandwidth.",
         draw: Draw::Sheet(cost),
     },
     Plate {
         file: "scaling-cg.svg",
         title: "CG iterations of a step against the number of particles",
-        caption: "With k/m fixed the iterations do not grow; for the same cloth on every mesh, \
-                  whose k/m grows with the number of particles, they do, and a step's cost grows \
-                  faster than its size. By family of methods; first steps of a sheet that starts \
-                  with a wave in it, h = 0.01 s.",
+        caption: "With k/m fixed the iterations do not grow. For the same cloth on every mesh k/m \
+            grows with the number of particles, and so do the iterations: a step's cost grows \
+            faster than its size. By family of methods; first steps of a sheet that starts with a \
+            wave in it, h = 0.01 s.",
         draw: Draw::Sheet(iterations),
     },
 ];

@@ -1,6 +1,7 @@
 //! The words of the study `scaling`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, FIXED_MATERIAL, FIXED_QUOTIENT, Facts, Growth, growths};
+use crate::studies::names::verb;
 use drape_report::number::{power, setting, significant};
 use drape_report::{Verdict, Words};
 
@@ -56,9 +57,9 @@ fn most(facts: &Facts) -> Option<String> {
     let most = facts.cells.iter().max_by(|a, b| a.cg_per_step.total_cmp(&b.cg_per_step))?;
     (most.cg_per_step > 0.0).then(|| {
         format!(
-            "The most iterations a step are {}, with {} at n = {} ({}).",
-            significant(most.cg_per_step, 3),
+            "`{}` takes the most CG iterations a step: {} at n = {} ({}).",
             most.label,
+            significant(most.cg_per_step, 3),
             power(most.particles as f64),
             most.series
         )
@@ -73,10 +74,17 @@ fn failed(facts: &Facts) -> Option<String> {
     (all > 0).then(|| match worst {
         None => format!("All {all} runs complete and every solve meets its tolerance."),
         Some(worst) => format!(
-            "{count} of {all} runs fail or have solves that miss their tolerance, at worst {} at \
-             n = {} ({}, {} \
-             steps).",
-            worst.label, worst.particles, worst.verdict, worst.unconverged_steps
+            "{count} of {all} runs {} or {} solves that miss their tolerance, at worst {} at n = \
+             {} ({}, {}).",
+            verb(count, "fails", "fail"),
+            verb(count, "has", "have"),
+            worst.label,
+            worst.particles,
+            worst.verdict,
+            match worst.unconverged_steps {
+                1 => "1 step".to_owned(),
+                steps => format!("{steps} steps"),
+            }
         ),
     })
 }
@@ -85,7 +93,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let steps = facts.cells.iter().max_by_key(|cell| (cell.particles, cell.steps));
     let steps = steps.map(|cell| {
         format!(
-            "Only the first steps are run: {} of the largest mesh, so transients count.",
+            "Runs cover only the first steps, {} on the largest mesh, so transients count.",
             cell.steps
         )
     });
@@ -98,12 +106,12 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let top = facts.cells.iter().map(|cell| cell.particles).max();
     let short = labels.iter().filter(|label| largest(label) < top).count();
     let short = (short > 0)
-        .then(|| format!("{short} of {} methods were not run on the largest mesh.", labels.len()));
+        .then(|| format!("The largest mesh was not run with {short} of {} methods.", labels.len()));
     let explicit = growths(facts).len() < facts.labels_with_iterations();
     let explicit = explicit.then(|| {
         let step = facts.cells.iter().map(|cell| cell.step_s).fold(0.0, f64::max);
         format!(
-            "Growth is that of methods with h = {} s; others take shorter steps on finer meshes.",
+            "Growth counts only methods with h = {} s; others take shorter steps on finer meshes.",
             setting(step)
         )
     });
@@ -152,14 +160,14 @@ mod tests {
              power 0.50."
         );
         assert!(
-            said.observations[0].contains("are 20.0, with a at n = 10⁴ (material fixed)"),
+            said.observations[0].contains("a step: 20.0 at n = 10⁴ (material fixed)"),
             "{said:?}"
         );
         assert_eq!(
             said.observations[1],
             "All 4 runs complete and every solve meets its tolerance."
         );
-        assert!(said.caveats[0].contains("3 of the largest mesh"), "{said:?}");
+        assert!(said.caveats[0].contains("3 on the largest mesh"), "{said:?}");
         cells.extend([cell(FIXED_MATERIAL, "b", 100, 2.0), cell(FIXED_MATERIAL, "b", 10_000, 2.0)]);
         // An explicit method takes shorter steps, so its solves are shorter too.
         let explicit = |n| Cell { step_s: 0.001, ..cell(FIXED_MATERIAL, "c", n, n as f64) };
@@ -168,9 +176,8 @@ mod tests {
         let said = words(&Facts { cells: cells.clone() });
         let grow = "grow in 1 of 2 methods, at most as n to the power 0.50.";
         assert!(said.conclusion.ends_with(grow), "{said:?}");
-        let failed = "1 of 8 runs fail or have solves that miss their tolerance, at worst a at n \
-                      = 10000 (completed, 1 \
-                      steps).";
+        let failed = "1 of 8 runs fails or has solves that miss their tolerance, at worst a at n = \
+                      10000 (completed, 1 step).";
         assert_eq!(said.observations[1], failed);
         assert!(said.caveats.iter().any(|caveat| caveat.contains("h = 0.01 s")), "{said:?}");
         cells.truncate(1);

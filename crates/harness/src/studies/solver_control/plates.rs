@@ -15,8 +15,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-work.svg",
         title: "Work against error, with constant and with adaptive steps",
-        caption: "Adaptive curves lie on the constant ones or above: step size control seldom \
-                  saves work. Work, weighed in sweeps over the springs, against the error of the \
+        caption: "Adaptive curves lie on or above the constant ones: step size control seldom \
+            saves work. Work, counted in sweeps over the springs, against the error of the \
             positions after 0.25 s over the motion; rejected substeps and estimates are counted. \
             400 particles; a row for each scene, order 1 left, order 2 right. Crossed out: \
             diverged.",
@@ -25,30 +25,28 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "control-matvecs.svg",
         title: "Products with the matrix against error, with constant and with adaptive steps",
-        caption: "The estimate that sees the splitting of the force costs one loose solve more in \
-                  each substep, so its curve lies above the plain one. Products with the matrix \
-            in 0.25 s against the error of the positions over the motion, for methods that solve \
-            by conjugate gradients; a panel for each scene. Crossed out: \
-            diverged.",
+        caption: "The splitting estimate costs one more loose solve in each substep, so its curve \
+            lies above the curve of the plain estimate. Products with the matrix in 0.25 s \
+            against the error of the positions over the motion, for methods that solve by \
+            conjugate gradients; a panel for each scene. Crossed out: diverged.",
         draw: Draw::Sheet(by_matvecs),
     },
     Plate {
         file: "control-steps.svg",
         title: "Step sizes that the control chooses, over time",
-        caption: "At k/m = 10⁶ s⁻² the estimate that sees the splitting shortens the steps of \
-                  IMEX Euler where the plain one lengthens them. Mean size of the substeps in \
-            each frame of 0.01 s at a tolerance of 1e-3 mesh widths; a panel for each scene. The \
-            sheet starts at rest, in the vibrating scene \
-            stretched.",
+        caption: "At k/m = 10⁶ s⁻² the splitting estimate shortens the steps of IMEX Euler where \
+            the plain estimate lengthens them. Mean size of the substeps in each frame of 0.01 s \
+            at a tolerance of 1e-3 mesh widths; a panel for each scene. The sheet starts at rest; \
+            in the vibrating scene it starts stretched.",
         draw: Draw::Sheet(over_time),
     },
     Plate {
         file: "control-forcing.svg",
         title: "CG iterations against the inner tolerance, constant and by Eisenstat and Walker",
-        caption: "The line of Eisenstat and Walker lies below backward Euler at every constant ε: \
-                  no search for one pays. CG iterations in 25 steps of 0.01 s against the inner \
-            tolerance, a panel for each scene. Every run of backward Euler (block Hessian, block \
-            Jacobi) reaches the same residual; IMEX Euler (one system a step, IC(0)) does \
+        caption: "The line of Eisenstat and Walker lies below backward Euler at every constant ε, \
+            so no search for a constant pays. CG iterations in 25 steps of 0.01 s against the \
+            inner tolerance, a panel for each scene. Every run of backward Euler (block Hessian, \
+            block Jacobi) reaches the same residual; IMEX Euler (one system a step, IC(0)) does \
             not.",
         draw: Draw::Sheet(by_forcing),
     },

@@ -48,13 +48,12 @@ fn adaptive(facts: &Facts) -> Option<String> {
     let verdict = if 2 * cheaper > all { "mostly save" } else { "rarely save" };
     let best = match cheaper {
         0 => String::new(),
-        _ => format!(", saving {} % at best", significant(100.0 * (1.0 - best), 2)),
+        _ => format!("; the best saves {} %", significant(100.0 * (1.0 - best), 2)),
     };
     let verdict = if cheaper == 0 { "never save" } else { verdict };
     Some(format!(
-        "Adaptive steps {verdict} work: {cheaper} of {all} adaptive runs do less than a constant \
-         step of at most their \
-         error{best}."
+        "Adaptive steps {verdict} work: {cheaper} of {all} adaptive runs do less work than a \
+         constant step with at most their error{best}."
     ))
 }
 
@@ -72,8 +71,7 @@ fn forcing(facts: &Facts) -> Option<String> {
     let ratios = range(facts, ratio)?;
     Some(format!(
         "Eisenstat and Walker's forcing terms take {ratios} times the CG iterations of the best \
-         constant one, without a search for \
-         it."
+         constant one and need no search for it."
     ))
 }
 
@@ -86,7 +84,8 @@ fn jacobians(facts: &Facts) -> Option<String> {
     };
     let ratios = range(facts, ratio)?;
     Some(format!(
-        "Saved factors do {ratios} times the work of fresh ones, at the same error of the method."
+        "Runs with saved factors do {ratios} times the work of runs with fresh ones, and the error \
+         of the method is the same."
     ))
 }
 
@@ -101,7 +100,8 @@ fn preconditioners(facts: &Facts) -> Option<String> {
     };
     let (jacobi, ic0) = (over_none("jacobi")?, over_none("ic0")?);
     Some(format!(
-        "IC(0) takes {ic0} times the CG iterations of no preconditioner, Jacobi's {jacobi} times."
+        "IC(0) takes {ic0} times the CG iterations of a run without a preconditioner, and Jacobi \
+         takes {jacobi} times."
     ))
 }
 
@@ -169,13 +169,13 @@ fn splitting(facts: &Facts) -> Option<String> {
     let share = |pair: &&(f64, f64, u64, u64)| pair.3 as f64 / pair.2 as f64;
     let (plain, splitting, few, many) =
         *pairs.iter().max_by(|a, b| share(a).total_cmp(&share(b)))?;
-    let verdict = if many > few && splitting < plain { "sees" } else { "does not see" };
+    let verdict = if splitting < plain { "reduces" } else { "does not reduce" };
+    let substeps = format!("with {many} instead of {few} substeps");
     Some(format!(
-        "The splitting estimate of IMEX Euler {verdict} what positions hide: {many} against {few} \
-         substeps, error {} against \
-         {}.",
-        significant(splitting, 3),
-        significant(plain, 3)
+        "The splitting estimate {verdict} the error of IMEX Euler: it changes from {} to {}, \
+         {substeps}.",
+        significant(plain, 3),
+        significant(splitting, 3)
     ))
 }
 
@@ -197,7 +197,10 @@ fn caveats(facts: &Facts) -> Vec<String> {
         .to_owned()
     });
     let span = facts.scenes.first().map(|scene| {
-        format!("All runs last {} s; work is weighed in sweeps, not timed.", setting(scene.span_s))
+        format!(
+            "All runs last {} s; work is counted in sweeps over the springs, not timed.",
+            setting(scene.span_s)
+        )
     });
     [residual, span, error].into_iter().flatten().collect()
 }

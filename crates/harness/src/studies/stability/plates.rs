@@ -17,11 +17,11 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "stability-atlas.svg",
         title: "Steps and stiffnesses that each method survives, d/m = 40 s⁻¹",
-        caption: "Explicit methods end at a line of constant h²k/m; beyond it much of what \
-            implicit-explicit methods survive is locked (L). A map for each method: step h to the \
-            right, k/m upwards, in decades. Hanging sheet of 8 × 8 particles. S stable, L stable \
-            but less than half as far from the start as the true motion, M marginal, U unstable, D \
-            diverged, B over budget.",
+        caption: "Explicit methods lose stability at a line of constant h²k/m. Beyond it, many \
+            cells that implicit-explicit methods survive are locked (L). A map for each method: \
+            step h to the right, k/m upwards, in decades. Hanging sheet of 8 × 8 particles. S \
+            stable, L stable but less than half as far from the start as the true motion, M \
+            marginal, U unstable, D diverged, B over budget.",
         draw: Draw::Atlas(|input| by_stiffness(input, 40.0)),
     },
     Plate {
@@ -36,18 +36,18 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "stability-atlas-damping.svg",
         title: "Steps and dampings that each method survives at k/m = 10⁶ s⁻²",
-        caption: "Damping that is taken at the old velocity shortens the stable steps of explicit \
-            methods, and lets locked sheets (L) of implicit-explicit ones turn stable. A map for \
-            each method: step h to the right, damping d/m upwards. S stable, L locked, M marginal, \
-            U unstable, D diverged, B over budget.",
+        caption: "Damping at the old velocity shortens the stable steps of explicit methods; in \
+            implicit-explicit methods, it turns locked sheets (L) stable. A map for each method: \
+            step h to the right, damping d/m upwards. S stable, L locked, M marginal, U unstable, \
+            D diverged, B over budget.",
         draw: Draw::Atlas(by_damping),
     },
     Plate {
         file: "stability-limits.svg",
         title: "Longest stable step: measured over theory",
-        caption: "On two particles all finite limits are those of theory (1, dashed), within the 5 \
-            % of the search. On the sheet theory is a lower bound; only undamped symplectic Euler \
-            falls short of it, as its energy swings. k/m = 10⁴ s⁻². Methods without a finite limit \
+        caption: "On two particles all finite limits agree with theory (1, dashed) within the 5 % \
+            of the search. On the sheet theory is a lower bound; only undamped symplectic Euler \
+            and undamped `multirate` stay below it. k/m = 10⁴ s⁻². Methods without a finite limit \
             stand in the table; a cross on the left edge means that no step was stable.",
         draw: Draw::Sheet(ratios),
     },
@@ -57,8 +57,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         caption: "With IMEX Euler shear may be half as stiff as tension at any step; with updated \
             CG long steps fail at tiny ratios. Undamped sheet of 8 × 8 particles, k/m = 10⁶ s⁻²; \
             greatest gain of energy over E_ref against k_s/k, a curve for each step. Gains below \
-            10⁻⁶ and above 10⁶ are drawn there (≤, ≥). Upright: the least bound of theory. Runs over budget are \
-            left out.",
+            10⁻⁶ and above 10⁶ are drawn at these values (≤, ≥). Upright: the least bound of \
+            theory. Runs over budget are left out.",
         draw: Draw::Sheet(shear),
     },
 ];

@@ -1,12 +1,13 @@
 //! The words of the study `stability`: its question, and the findings from its numbers.
 
 use super::facts::{Cell, EXACT, Facts, Limit, has_gained, labels, over_theory};
+use crate::studies::names;
 use drape_report::number::{power, setting, significant, trimmed};
 use drape_report::{Verdict, Words};
 
 /// The question that the study answers.
-pub(super) const QUESTION: &str = "Which step, stiffness and damping does a method survive, and is \
-     its longest stable step where theory puts it?";
+pub(super) const QUESTION: &str = "Which steps, stiffnesses and dampings does a method survive, \
+     and does theory predict its longest stable step?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order"];
 
@@ -31,8 +32,8 @@ pub(super) fn words(facts: &Facts) -> Words {
         conclusion: conclusion.join(" "),
         observations: observations.into_iter().flatten().collect(),
         caveats: [
-            "The atlas is that of one sheet of 8 × 8 particles, for at least 2 s and 200 steps.",
-            "A verdict is by energy: it says nothing about accuracy.",
+            "The atlas shows one sheet of 8 × 8 particles, for at least 2 s and 200 steps.",
+            "A verdict judges the energy, not the accuracy.",
             "Growth that is too slow to show within a run counts as stable.",
         ]
         .map(str::to_owned)
@@ -41,8 +42,8 @@ pub(super) fn words(facts: &Facts) -> Words {
 }
 
 /// Names, or their number if they are too many for a sentence.
-fn names(labels: &[&str]) -> String {
-    if labels.len() > FEW { format!("{} variants", labels.len()) } else { labels.join("; ") }
+fn named(labels: &[&str]) -> String {
+    if labels.len() > FEW { format!("{} variants", labels.len()) } else { names::listed(labels) }
 }
 
 /// The cells of a label that have a verdict.
@@ -60,12 +61,14 @@ fn clean(facts: &Facts) -> Option<String> {
     let clean: Vec<&str> = all.iter().filter(is_clean).copied().collect();
     let count = format!("{} of {} variants", clean.len(), all.len());
     (!all.is_empty()).then(|| match clean.len() {
-        0 => format!("No variant of {} is without gain of energy in the whole atlas.", all.len()),
-        1..=FEW => format!(
-            "Wherever they came to a verdict, {count} never gained energy: {}.",
-            names(&clean)
+        0 => format!(
+            "None of {} stays free of energy gain in all cells.",
+            names::count(all.len(), "variant")
         ),
-        _ => format!("Wherever they came to a verdict, {count} never gained energy."),
+        1..=FEW => {
+            format!("In all cells with a verdict, {count} never gained energy: {}.", named(&clean))
+        }
+        _ => format!("In all cells with a verdict, {count} never gained energy."),
     })
 }
 
@@ -78,8 +81,9 @@ fn standstill(facts: &Facts) -> Option<String> {
     let still: Vec<&str> = labels(facts).into_iter().filter(is_still).collect();
     (!still.is_empty()).then(|| {
         format!(
-            "Stable is not moving: more than half of the cells without gain are locked with {}.",
-            names(&still)
+            "Stability does not imply motion: with {}, more than half of the cells without energy \
+             gain are locked.",
+            named(&still)
         )
     })
 }
@@ -118,15 +122,17 @@ fn pair(facts: &Facts) -> Option<String> {
     let count = |kind: Agreement| all.iter().filter(|found| **found == kind).count();
     let loose = match count(Agreement::Loose) {
         0 => String::new(),
-        count => format!("; {count} solve too loosely for theory"),
+        count => {
+            format!("; in {count} the solver tolerance is too large for theory to apply")
+        }
     };
     let off = match count(Agreement::Differs) {
         0 => String::new(),
-        count => format!("; {count} contradict it"),
+        count => format!("; in {count} it contradicts theory"),
     };
     (!all.is_empty()).then(|| {
         format!(
-            "On two particles the longest stable step is that of theory in {} of {} \
+            "On two particles, the longest stable step agrees with theory in {} of {} \
              cases{loose}{off}.",
             count(Agreement::Agrees),
             all.len()
@@ -154,8 +160,8 @@ fn sheet(facts: &Facts) -> Option<String> {
     let reached = ratios.iter().filter(|ratio| **ratio >= 1.0 - WIDTH).count();
     let least = ratios.iter().copied().reduce(f64::min)?;
     Some(format!(
-        "On the sheet {reached} of {} longest stable steps reach the step that theory guarantees; \
-         the least is {} of it.",
+        "On the sheet, {reached} of {} longest stable steps reach the step that theory guarantees; \
+         the shortest is {} times as long.",
         ratios.len(),
         significant(least, 3)
     ))
@@ -167,8 +173,8 @@ fn shear(facts: &Facts) -> Option<String> {
         facts.shear.iter().filter(|scan| scan.first_failure.is_none_or(|f| f >= scan.bound));
     (!facts.shear.is_empty()).then(|| {
         format!(
-            "Explicit shear beside implicit tension is stable up to the bound of theory in {} of \
-             {} scans of k_s/k.",
+            "With implicit tension, explicit shear is stable up to the bound of theory in {} of {} \
+             scans of k_s/k.",
             above.count(),
             facts.shear.len()
         )
@@ -188,12 +194,15 @@ fn shear_steps(facts: &Facts) -> Option<String> {
         let long = scans.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let at =
             |(h, ratio): &(f64, f64)| format!("{} at h = {} s", trimmed(*ratio, 3), setting(*h));
-        Some(format!("{label} {}, {}", at(short), at(long)))
+        Some(format!("{label}, {} and {}", at(short), at(long)))
     };
     let lines: Vec<_> = labels.iter().filter_map(line).collect();
     let stiffness = power(facts.shear.first()?.stiffness_over_mass_per_s2);
     (!lines.is_empty()).then(|| {
-        format!("The least ratio that fails at k/m = {stiffness} s⁻²: {}.", lines.join("; "))
+        format!(
+            "At k/m = {stiffness} s⁻², explicit shear fails from these k_s/k on: {}.",
+            lines.join("; ")
+        )
     })
 }
 
@@ -201,7 +210,12 @@ fn shear_steps(facts: &Facts) -> Option<String> {
 fn over_budget(facts: &Facts) -> Option<String> {
     let count = facts.cells.iter().filter(|cell| cell.verdict == Verdict::OverBudget).count();
     (count > 0).then(|| {
-        format!("{count} of {} cells ended over budget, without a verdict.", facts.cells.len())
+        format!(
+            "{count} of {} cells {} over budget and {} no verdict.",
+            facts.cells.len(),
+            names::verb(count, "is", "are"),
+            names::verb(count, "has", "have")
+        )
     })
 }
 

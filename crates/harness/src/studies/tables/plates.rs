@@ -38,11 +38,11 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "tables-cost.svg",
         title: "Where the time of one second goes, on the paper's machine and on ours",
-        caption: "With the matrix kept from step to step its set-up all but vanishes; on the \
+        caption: "If the matrix is kept from step to step, its set-up almost vanishes; on the \
             paper's machine it took a fifth to a half of the time. Shares of the solver's wall \
-            time; ours come from a pass with a clock around each phase, the time behind a bar is \
-            the median without it. The paper's machine is a MIPS R10000 at 250 MHz: compare \
-            shares, not times.",
+            time; our shares come from a pass with a clock around each phase, and the time behind \
+            a bar is the median without that clock. The paper's machine is a MIPS R10000 at 250 \
+            MHz: compare shares, not times.",
         draw: Draw::Sheet(cost),
     },
 ];

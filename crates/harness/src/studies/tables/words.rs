@@ -1,6 +1,7 @@
 //! The words of the study `tables`: its question, and the findings from its numbers.
 
 use super::facts::*;
+use crate::studies::names::{count, verb};
 use drape_report::number::{percent, significant};
 use drape_report::{Verdict, Words};
 
@@ -75,8 +76,12 @@ fn has_neighbours(rows: &[Row]) -> bool {
 fn undecided(rows: &[Row]) -> Option<String> {
     let (taken, all) = decided(rows);
     has_neighbours(rows).then(|| {
-        let decide = if taken == all { "favour" } else { "do not decide" };
-        format!("The counts alone {decide} the exponents 4 and 6, as which drape reads the print.")
+        let exponents = "the illegible exponents are 4 and 6, as drape assumes";
+        if taken == all {
+            format!("The counts alone suggest that {exponents}.")
+        } else {
+            format!("The counts alone do not decide whether {exponents}.")
+        }
     })
 }
 
@@ -96,9 +101,10 @@ fn by_variant(rows: &[Row]) -> Option<String> {
     };
     (assumed(rows).count() > 0).then(|| {
         format!(
-            "At its best ε plain CG comes within {} in {} rows, updated CG as printed in {}.",
+            "At its best ε, plain CG comes within {} of the paper's count in {}, and updated CG as \
+             printed in {}.",
             percent(COMMON_FIT - 1.0, 2),
-            fitting(PLAIN),
+            count(fitting(PLAIN), "row"),
             fitting(UPDATED_PAPER)
         )
     })
@@ -113,13 +119,14 @@ fn gaining(rows: &[Row]) -> Option<String> {
     let all = cells(rows).count();
     let gaining = cells(rows).filter(|cell| cell.verdict != Verdict::Stable);
     let printed = gaining.clone().filter(|cell| cell.variant == UPDATED_PAPER).count();
-    let count = gaining.count();
-    (all > 0).then(|| match count {
+    let number = gaining.count();
+    (all > 0).then(|| match number {
         0 => "No run of these rows gains energy.".to_owned(),
         _ => format!(
-            "A count that fits proves no good solution: {count} of {all} runs gain energy, {} of \
-             them with updated CG as printed.",
-            if printed == count { "all".to_owned() } else { printed.to_string() }
+            "A fitting count does not prove a good solution: {number} of {all} runs {} energy, {} \
+             of them with updated CG as printed.",
+            verb(number, "gains", "gain"),
+            if printed == number { "all".to_owned() } else { printed.to_string() }
         ),
     })
 }
@@ -128,10 +135,12 @@ fn gaining(rows: &[Row]) -> Option<String> {
 fn climbing(rows: &[Row]) -> Option<String> {
     let climbing = cells(rows).filter(|cell| climbs(cell));
     let most = climbing.clone().map(|cell| cell.energy_climb).reduce(f64::max)?;
+    let number = climbing.count();
     Some(format!(
-        "Runs called stable that lose energy and gain it again: {}, by up to {} of the released \
-         energy.",
-        climbing.count(),
+        "{} called stable {} energy and {} it again, by up to {} of the released energy.",
+        count(number, "run"),
+        verb(number, "loses", "lose"),
+        verb(number, "gains", "gain"),
         percent(most, 2)
     ))
 }
@@ -140,9 +149,11 @@ fn climbing(rows: &[Row]) -> Option<String> {
 fn capped(rows: &[Row]) -> Option<String> {
     let cut = cells(rows).filter(|cell| cell.unconverged_steps > 0);
     let most = cut.clone().map(|cell| cell.unconverged_steps).max()?;
+    let cut = cut.count();
     Some(format!(
-        "Runs with solves that end before their tolerance: {}, with up to {most} such steps.",
-        cut.count()
+        "{} {} solves that stop before their tolerance, in up to {most} steps of a run.",
+        count(cut, "run"),
+        verb(cut, "has", "have")
     ))
 }
 

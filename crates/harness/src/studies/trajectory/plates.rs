@@ -20,31 +20,31 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "trajectory-map.svg",
         title: "Which method follows the motion at least cost, by stiffness and damping",
-        caption: "Where blue turns to yellow along a row, perhaps over white, implicit methods \
-            take over from explicit ones. Each place names the method with the least \
-            modelled time for an error of the trajectory; a row is a damping and an error, a \
-            column a stiffness over mass. White: methods tie, and two are named. \u{201c}noise\u{201d}: a \
-            start that differs by 1 µm moves the end by more than half of that error. \
-            Hanging sheet, T = 0.25 s.",
+        caption: "Implicit methods take over from explicit ones where a row turns from blue to \
+            yellow: blue places name an explicit method, yellow places an implicit one. Each \
+            place names the method with the least modelled time for an error of the trajectory. A \
+            row is a damping and an error, a column a stiffness over mass, from soft to stiff. \
+            White: methods tie, and two are named. \u{201c}noise\u{201d}: a start that differs by \
+            1 µm moves the end by more than half of that error. Hanging sheet, T = 0.25 s.",
         draw: Draw::Matrix(map),
     },
     Plate {
         file: "trajectory-noise.svg",
         title: "How far one micrometre at the start moves the end",
-        caption: "Above the dashed line an error of 1 % means nothing: two starts that differ by \
-                  1 µm out of the sheet end further apart than half of it. Upwards: mean distance \
-            of eight perturbed motions from the one without noise, after 0.25 s, over the motion. \
-            Across: stiffness over mass. A curve is a damping.",
+        caption: "Above the dashed line an error of 1 % means nothing: two starts that differ by 1 \
+            µm out of the sheet end further apart than half of it. Upwards: mean distance of \
+            eight perturbed motions from the unperturbed one after 0.25 s, over the motion. \
+            Across: stiffness over mass. Each curve is one damping.",
         draw: Draw::Sheet(noise),
     },
     Plate {
         file: "trajectory-front.svg",
         title: "What a small error of the trajectory costs, without damping and with much",
-        caption: "Damping draws implicit methods to the left and explicit ones to the right. \
-                  Error of the positions after 0.25 s over the motion, against modelled time; left \
-            and below is better. Grey: below the noise, where nothing ranks. A curve is one method \
-            from coarse to fine; the black front is the best of all forms of all methods. Left: no \
-            damping; right: the stiffest mode is damped critically.",
+        caption: "With damping, implicit methods move to the left and explicit ones to the right: \
+            left and below is better. Error of the positions after 0.25 s over the motion, \
+            against modelled time. Grey: below the noise, where nothing ranks. A curve is one \
+            method from coarse to fine; the black front is the best of all forms of all methods. \
+            Left: no damping; right: the stiffest mode is damped critically.",
         draw: Draw::Sheet(front),
     },
     Plate {

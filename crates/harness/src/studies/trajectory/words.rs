@@ -105,8 +105,8 @@ fn unranked(facts: &Facts) -> Option<String> {
     let noisy = facts.scenes.iter().filter(|scene| !scene.ranks(LEVEL)).count();
     (noisy > 0).then(|| {
         format!(
-            "On {noisy} of {} sheets {} does not rank, because a start that differs by 1 µm moves \
-             the end by more than half of that.",
+            "On {noisy} of {} sheets, an error of {} cannot be ranked: a start that differs by \
+             1 µm changes the end by more than half of it.",
             facts.scenes.len(),
             error()
         )
@@ -156,12 +156,12 @@ fn leaders(facts: &Facts) -> Option<String> {
     };
     let places = [
         ("where explicit methods lead alone", Kind::Explicit),
-        ("where implicit ones do", Kind::Implicit),
+        ("where implicit ones lead alone", Kind::Implicit),
         ("where both kinds tie", Kind::Tie),
     ];
     let parts: Vec<String> =
-        places.into_iter().filter_map(|(at, of)| Some(format!("{at}, {}", most(of)?))).collect();
-    (!parts.is_empty()).then(|| format!("First or tied most often: {}.", parts.join("; ")))
+        places.into_iter().filter_map(|(at, of)| Some(format!("{} {at}", most(of)?))).collect();
+    (!parts.is_empty()).then(|| format!("These lead or tie most often: {}.", parts.join("; ")))
 }
 
 /// The least and the greatest noise of a sheet.
@@ -172,7 +172,7 @@ fn noise(facts: &Facts) -> Option<String> {
     let share = |floor: f64| format!("{} %", significant(100.0 * floor, 2));
     (facts.scenes.len() > 1).then(|| {
         format!(
-            "Starts that differ by 1 µm end apart by {} to {} of the motion, most at {}.",
+            "A start that differs by 1 µm changes the end by {} to {} of the motion, most at {}.",
             share(least),
             share(most.floor),
             most.id
@@ -218,9 +218,8 @@ fn by_energy(facts: &Facts) -> Option<String> {
     let error = error();
     (all > 0).then(|| {
         format!(
-            "On {others} of {all} sheets the cheapest run that moves and whose energy at the end \
-             is right to {error} of what the sheet sets free neither leads nor ties for {error} of \
-             the trajectory."
+            "On {others} of {all} sheets, a ranking by final energy (error at most {error}) has \
+             another winner than a ranking by trajectory."
         )
     })
 }

@@ -30,20 +30,18 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "work-precision-effort.svg",
         title: "Modelled time of every method, k/m = 10⁴ and 10⁶ s⁻²",
-        caption: "How far a curve \
-            lies to the right of the black front is what the method costs more than the best. \
-            Error after 0.25 s over the motion, against modelled time. \
-            Hanging sheet, light damping; a row for each \
-            family.",
+        caption: "The distance of a curve to the right of the black front shows how much more the \
+            method costs than the best one. Error after 0.25 s over the motion, against modelled \
+            time. Hanging sheet with light damping, d/m = 10 s⁻¹; a row for each family.",
         draw: Draw::Sheet(soft),
     },
     Plate {
         file: "work-precision-stiff.svg",
         title: "Modelled time of every method, k/m = 10⁸ and 10¹⁰ s⁻²",
-        caption: "IMEX Euler stays near an error of 1: its sheet hardly moves at any step that the \
-            budget allows. Error after 0.25 s over the motion, against modelled time; \
-            the black line is the front of all methods. Hanging sheet, light damping; \
-            10 × 10 particles at k/m = 10¹⁰ s⁻².",
+        caption: "IMEX Euler stays near an error of 1, because its sheet hardly moves at any step \
+            that the budget allows. Error after 0.25 s over the motion, against modelled time; \
+            the black line is the front of all methods. Hanging sheet, d/m = 10 s⁻¹; 10 × 10 \
+            particles at k/m = 10¹⁰ s⁻².",
         draw: Draw::Sheet(stiff),
     },
     Plate {
@@ -60,21 +58,20 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "work-precision-size.svg",
         title: "On finer meshes explicit steps and sweeps over lines stay first",
         caption: "From 100 to 1600 particles symplectic Euler and XPBD by lines hold or share the \
-                  front for 1 %. Left: k/m = \
-                  10⁶ s⁻² on every mesh, so the finer sheet is a softer cloth. Right: the same \
-            cloth, so k/m and d/m grow with the number of particles. Error after 0.25 s over the \
-            motion, against modelled time. Hanging sheet, light \
-            damping.",
+            front for 1 %. Left: k/m = 10⁶ s⁻² and d/m = 10 s⁻¹ on every mesh, so the finer sheet \
+            is a softer cloth. Right: the same cloth, so k/m and d/m grow with the number of \
+            particles. Error after 0.25 s over the motion, against modelled time. Hanging sheet.",
         draw: Draw::Sheet(size),
     },
     Plate {
         file: "work-precision-map.svg",
         title: "Which method is the cheapest",
-        caption: "Where blue turns to yellow along a row, perhaps over white, implicit methods \
-            take over from explicit ones. Each place names the method with the \
-            least modelled time for an error; a row is a scene, a damping and an error, a column \
-            a stiffness over mass. White: methods tie, and two are named. Empty: not run, or no \
-            run within the budget gets there.",
+        caption: "Implicit methods take over from explicit ones where a row turns from blue to \
+            yellow: blue places name an explicit method, yellow places an implicit one. Each \
+            place names the method with the least modelled time for an error. A row is a scene, a \
+            damping and an error, a column a stiffness over mass, from soft to stiff. Light \
+            damping is d/m = 10 s⁻¹, heavy damping d/m = √(k/m). White: methods tie, and two are \
+            named. Empty: not run, or no run within the budget reaches the error.",
         draw: Draw::Matrix(map),
     },
 ];
@@ -495,7 +492,7 @@ fn excess(input: &Input) -> Table {
     Table {
         title: format!(
             "**Modelled time for an error of {}, over the cheapest of all methods**, and how many \
-             variants spend their budget before. –: not within the \
+             variants exhaust their budget before. –: not within the \
              budget.",
             percent(LEVEL, 1)
         ),

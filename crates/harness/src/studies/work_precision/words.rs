@@ -2,12 +2,11 @@
 
 use super::facts::{Facts, LEAD, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
 use drape_report::Words;
-use drape_report::number::{percent, power, significant};
+use drape_report::number::{percent, power, setting, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Which method is the cheapest for a given error, and how do \
-                                   stiffness, damping and size change \
-                                   that?";
+                                   stiffness, damping and size change the answer?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["order", "stability", "locking"];
 
@@ -19,7 +18,7 @@ const BESIDE: [f64; 2] = [1e-1, 1e-3];
 /// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusions =
-        [("light", "With light damping"), ("heavy", "With heavy damping, d/m = √(k/m),")];
+        [("light", light(facts)), ("heavy", "With heavy damping, d/m = √(k/m),".to_owned())];
     let conclusions: Vec<_> =
         conclusions.iter().filter_map(|(damping, begin)| turn(facts, damping, begin)).collect();
     let conclusion = if conclusions.is_empty() {
@@ -34,6 +33,18 @@ pub(super) fn words(facts: &Facts) -> Words {
         conclusion,
         observations: observations.into_iter().flatten().collect(),
         caveats: caveats(facts),
+    }
+}
+
+/// The begin of a sentence on light damping, with its value if all hanging sheets share one.
+fn light(facts: &Facts) -> String {
+    let values: Vec<f64> =
+        series(facts, "light").iter().map(|scene| scene.damping_over_mass_per_s).collect();
+    match values.split_first() {
+        Some((first, others)) if others.iter().all(|other| other == first) => {
+            format!("With light damping, d/m = {} s⁻¹,", setting(*first))
+        }
+        _ => "With light damping".to_owned(),
     }
 }
 
@@ -180,9 +191,8 @@ fn library(facts: &Facts) -> Option<String> {
     ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (least, most) = (ratios.first()?, ratios.last()?);
     Some(format!(
-        "The adaptive method of a library, `{}`, costs {} to {} times as much as the cheapest for \
-         {} where it gets \
-         there.",
+        "`{}`, the adaptive method of a library, costs {} to {} times as much as the cheapest \
+         method for {}, where it reaches that error.",
         least.1,
         significant(least.0, 2),
         significant(most.0, 2),
@@ -199,8 +209,8 @@ fn missed(facts: &Facts) -> Option<String> {
     let scene = series(facts, "light").into_iter().max_by_key(count)?;
     (count(&scene) > 0).then(|| {
         format!(
-            "At k/m = {} s⁻² with light damping, {} of {} variants spend their budget before an \
-             error of {}.",
+            "At k/m = {} s⁻² with light damping, {} of {} variants exhaust their budget before \
+             they reach an error of {}.",
             power(scene.stiffness_over_mass_per_s2),
             count(&scene),
             rows_of(facts, &scene.id).count(),
@@ -219,13 +229,12 @@ fn caveats(facts: &Facts) -> Vec<String> {
              winners lead by less.",
             at_level().count()
         ),
-        "Modelled time is counted work times the price of each kind of work in each form, as it was \
-         measured once on one machine. The table of prices says how far each form's model is from \
-         the clock."
+        "Modelled time is counted work times its price; each form's prices were measured once on \
+         one machine. The table of prices compares each form's model with the clock."
             .to_owned(),
         format!(
-            "Errors are those at the end of a short motion; the references are off by at most {} \
-             of it.",
+            "Errors are measured at the end of a short motion; the references are off by at most \
+             {} of it.",
             significant(worst, 2)
         ),
     ]
@@ -305,9 +314,10 @@ mod tests {
             (&[explicit, tie, implicit, explicit], "now explicit, now implicit"),
             (&[tie, implicit], "implicit methods win or tie with explicit ones at every"),
         ] {
-            for (damping, begin) in
-                [("light", "With light damping "), ("heavy", "With heavy damping, d/m = √(k/m), ")]
-            {
+            for (damping, begin) in [
+                ("light", "With light damping, d/m = 10 s⁻¹, "),
+                ("heavy", "With heavy damping, d/m = √(k/m), "),
+            ] {
                 let conclusion = words(&facts(damping, winners)).conclusion;
                 assert!(conclusion.starts_with(&format!("{begin}{said}")), "{conclusion}");
                 assert!(conclusion.ends_with("the other's, for an error of 1 %."), "{conclusion}");

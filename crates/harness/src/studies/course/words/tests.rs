@@ -86,23 +86,23 @@ fn words_and_the_table_name_who_is_stable_who_moves_and_what_it_costs() {
     let words = words(&facts);
     let said = words.conclusion;
     for part in [
-        "With steps of 0.01 s 3 of 4 methods are stable at k/m = 10⁴ and 10⁶ s⁻².",
-        "Of these 2 keep at least 90 % of the motion: dear, divided.",
-        "On the stiffest sheet divided does so with the least work.",
+        "With steps of 0.01 s, 3 of 4 methods are stable at k/m = 10⁴ and 10⁶ s⁻².",
+        "Of these, 2 keep at least 90 % of the motion: dear, divided.",
+        "On the stiffest sheet, divided keeps this much with the least work.",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
     let said = words.observations.join("\n");
     for part in [
-        "1 methods are not stable at every stiffness: wild.",
+        "1 method is not stable at every stiffness: wild.",
         "still keeps only 8.0 % of the motion",
-        "At k/m = 10⁴ s⁻² the work of methods that move is from 1.00 (wild) to 5.00 ms",
-        "At k/m = 10⁶ s⁻² the work of methods that move is from 4.00 (divided) to 9.00 ms",
+        "At k/m = 10⁴ s⁻², methods that move take from 1.00 ms (wild) to 5.00 ms (dear)",
+        "At k/m = 10⁶ s⁻², methods that move take from 4.00 ms (divided) to 9.00 ms (dear)",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
     let said = words.caveats.join("\n");
-    assert!(said.contains("the steps of divided.") && said.contains("1.0·10⁻⁵ m"), "{said}");
+    assert!(said.contains("the steps of divided are") && said.contains("1.0·10⁻⁵ m"), "{said}");
 
     let input = super::super::plates::Input { facts, timings: None };
     let tables = super::super::plates::tables(&input);
@@ -119,5 +119,5 @@ fn the_conclusion_says_where_no_method_moves() {
     let six = ["a", "b", "c", "d", "e", "f"];
     let six = six.map(|id| lesson(id, (Some(1.0), 1e-3), (Some(1.0), 1e-3)));
     let said = super::words(&facts(six.into())).conclusion;
-    assert!(said.contains("Of these 6 keep at least 90 % of the motion."), "{said}");
+    assert!(said.contains("Of these, 6 keep at least 90 % of the motion."), "{said}");
 }

@@ -155,25 +155,26 @@ fn words_follow_from_the_ledgers() {
     // The damped scene alone, which a subset may have, supports fewer findings.
     let damped = words(&facts).conclusion;
     assert!(
-        damped.starts_with("With damping, this loss takes the place of the damping"),
+        damped.starts_with("With damping, the numerical loss replaces physical damping"),
         "{damped}"
     );
     let mut facts = with_undamped(facts);
     let said = words(&facts);
     for part in [
-        "the time step of some variants takes more than a tenth",
-        "2 of them stay below 1 % in all scenes.",
-        "takes 12 % with the method that loses most itself and 25 % with the one",
+        "the time step of some variants takes at least a tenth",
+        "2 variants lose less than 1 % in every scene.",
+        "take 12 % with the most dissipative method and 25 % with the least",
     ] {
         assert!(said.conclusion.contains(part), "{part}\n{said:?}");
     }
     let text = said.observations.join("\n") + &said.caveats.join("\n");
     for part in [
         "Every ledger closes: in 6 runs",
-        "As its energy theorem says",
-        "passes through the residual of the solve in 2 runs; the most is 12 % (loose, a damped)",
+        "satisfies its energy theorem",
+        "In 2 runs, at least 10 % of E_ref passes through the residual of the solve; \
+         the most is 12 % (loose, a damped)",
         "2 of 12 runs gained too much energy",
-        "1 methods have no ledger",
+        "1 variant has no ledger",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
@@ -181,7 +182,7 @@ fn words_follow_from_the_ledgers() {
         row.ledger = Some(ledger(-0.2, 0.0));
     }
     let said = words(&facts).conclusion;
-    assert!(said.contains("Only `imex-euler, all springs` stays below"), "{said}");
+    assert!(said.contains("Only `imex-euler, all springs` loses less"), "{said}");
     let mut broken = facts;
     for row in &mut broken.rows {
         match row.label.as_str() {
@@ -193,9 +194,9 @@ fn words_follow_from_the_ledgers() {
     }
     let said = words(&broken);
     let text = said.observations.join("\n");
-    assert!(text.contains("Not every ledger closes: in 2 of"), "{text}");
-    assert!(text.contains("Against its energy theorem"), "{text}");
-    assert!(said.conclusion.contains("None stays below"), "{said:?}");
+    assert!(text.contains("In 2 of 6 runs the ledger does not close"), "{text}");
+    assert!(text.contains("violates its energy theorem"), "{text}");
+    assert!(said.conclusion.contains("No variant stays within"), "{said:?}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The words for made-up facts.
 
-use super::super::facts::{Band, Bent, Drape, Edgewise, Width};
+use super::super::facts::{Band, Bent, Drape, Width};
 use super::*;
 
 fn bent(model: Model, segments: u32, error: f64) -> Bent {
@@ -102,10 +102,10 @@ fn orders_widths_limits_and_residuals_are_told() {
     for part in [
         "2.0 (angles along rows)",
         "3 to 25 rows give 2.68 to 2.90 on triangles (derived 2.67 to 3.00)",
-        "buckle to the side at Γ = 22.0 (",
-        "the law of a slender beam 22.3",
-        "up to 4.0 points (denim), over starts on one mesh by up to 4.0:",
-        "Of 11 specimens 9 are at rest, with a residual of at most 1.0e-5 ",
+        "on edge (hinges on triangles, k = 3B/8) buckles at Γ = 22.0;",
+        "the law of a slender beam gives 22.3.",
+        "up to 4.0 points between meshes and starts (denim), and by up to 4.0 between starts",
+        "Of 11 specimens, 9 are at rest, with a residual of at most 1.0e-5 ",
     ] {
         assert!(all.contains(part), "{part}: {all}");
     }

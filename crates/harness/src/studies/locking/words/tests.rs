@@ -63,15 +63,15 @@ fn the_conclusion_says_who_stands_still_who_moves_and_whether_the_law_holds() {
     };
     let said = words(&facts(runs(0.951, 1.001), Vec::new())).conclusion;
     for part in [
-        "At k/m = 10⁶ s⁻² and h = 0.01 s IMEX Euler is stable but keeps only 8.0 % of the motion",
+        "At k/m = 10⁶ s⁻² and h = 0.01 s, IMEX Euler is stable but keeps only 8.0 % of the motion",
         "it keeps 95 %, as much as backward Euler.",
-        "falls at the speed that the law of locking gives, within 0.10 %",
+        "falls at the speed of the law of locking, within 0.10 %",
     ] {
         assert!(said.contains(part), "`{part}` is not in\n{said}");
     }
     let said = words(&facts(runs(0.7, 2.0), Vec::new())).conclusion;
-    assert!(said.contains("keeps 95 %, backward Euler 70 %"), "{said}");
-    assert!(said.contains("at 0.500 times the speed that"), "{said}");
+    assert!(said.contains("keeps 95 %; backward Euler keeps 70 %"), "{said}");
+    assert!(said.contains("at 0.500 times the speed of"), "{said}");
     let moving = words(&facts(vec![run(IMEX_EULER, BASE_STIFFNESS, 0.9)], Vec::new()));
     assert!(moving.conclusion.ends_with("IMEX Euler keeps 90 % of the motion of the cloth."));
     assert!(!moving.caveats.join(" ").contains("flat sheet"));
@@ -132,7 +132,7 @@ fn caveats_name_the_prototype_the_unstable_runs_and_the_reference() {
     let said = words(&facts).caveats.join("\n");
     assert!(said.contains("agrees in 1 of 2 paths"), "{said}");
     assert!(
-        said.contains("1 of 3 runs were not stable") && said.contains("at most 1.0 %"),
+        said.contains("1 of 3 runs was not stable") && said.contains("at most 1.0 %"),
         "{said}"
     );
 }

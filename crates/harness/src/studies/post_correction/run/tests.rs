@@ -142,13 +142,12 @@ fn dependence_and_approach_are_concluded_from_the_distances() {
     let near = facts(0.1, 0.03);
     assert_eq!(spread(&groups(&near)[0].1), [0.004, 0.03]);
     let said = words(&near);
-    let ends = "ends in 1 of 1 groups, by up to 3.0 % of the motion; a disturbed start moves it \
-                by 20 % at most";
+    let ends = "ends in 1 of 1 groups, by up to 3.0 % of the motion; a disturbed start changes it \
+                by at most 20 %";
     assert!(said.observations[0].contains(ends), "{said:?}");
-    let nearer =
-        "nearer to the stiff one in 1 of 1 series, but leaves it at least 10 % of the motion";
+    let nearer = "nearer to the stiff one, but it stays at least 10 % of the motion away";
     assert!(said.conclusion.contains(nearer), "{said:?}");
-    assert!(said.conclusion.ends_with("at least 0.50 of the forces in the equation."), "{said:?}");
+    assert!(said.conclusion.ends_with("at least 0.50 of the forces."), "{said:?}");
     let said = words(&facts(0.6, 0.006));
     assert!(said.observations[0].contains("ends in 0 of 1 groups"), "{said:?}");
     assert!(

@@ -62,12 +62,15 @@ fn a_locked_cell_is_neither_a_gain_nor_a_success() {
     ];
     let words = words(&facts(cells, Vec::new()));
     let said = words.conclusion;
-    assert!(said.contains("2 of 3 variants never gained energy: a; d."), "{said}");
-    assert!(said.contains("are locked with a."), "{said}");
-    assert!(words.observations[0].contains("2 of 7 cells ended over budget"));
+    assert!(said.contains("2 of 3 variants never gained energy: `a` and `d`."), "{said}");
+    assert!(said.contains("with `a`, more than half of the cells"), "{said}");
+    assert!(words.observations[0].contains("2 of 7 cells are over budget"));
     let failing = facts(vec![cell("b", Verdict::Diverged)], Vec::new());
     let said = super::words(&failing).conclusion;
-    assert!(said.contains("No variant of 1") && !said.contains("locked"), "{said}");
+    assert!(
+        said.contains("None of 1 variant stays free of energy gain") && !said.contains("locked"),
+        "{said}"
+    );
     let many = ["a", "b", "c", "d", "e", "f"].map(|label| cell(label, Verdict::Stable));
     let said = super::words(&facts(many.into(), Vec::new())).conclusion;
     assert!(said.contains("6 of 6 variants never gained energy."), "{said}");
@@ -80,11 +83,11 @@ fn two_particles_agree_with_theory_are_loose_or_contradict_it() {
     let never = limit("pair", Some(0.0), None);
     let mut limits = vec![unlimited, slow.clone(), never, limit("pair", Some(0.01), Some(0.0097))];
     let said = words(&facts(Vec::new(), limits.clone())).conclusion;
-    assert!(said.contains("that of theory in 4 of 4 cases."), "{said}");
+    assert!(said.contains("agrees with theory in 4 of 4 cases."), "{said}");
     let loose = "imex-euler:forcing_term=0.05".to_owned();
     limits.push(Limit { method: loose.clone(), ..limit("pair", None, None) });
     let said = words(&facts(Vec::new(), limits.clone())).conclusion;
-    assert!(said.contains("in 4 of 5 cases; 1 solve too loosely for theory."), "{said}");
+    assert!(said.contains("in 4 of 5 cases; in 1 the solver tolerance is too large"), "{said}");
     limits.push(limit("pair", Some(0.01), Some(0.02)));
     limits.push(limit("pair", Some(0.01), None));
     limits.push(limit("pair", None, None));
@@ -92,7 +95,8 @@ fn two_particles_agree_with_theory_are_loose_or_contradict_it() {
     limits.push(Limit { method: loose, ..limit("pair", Some(0.01), None) });
     let said = words(&facts(Vec::new(), limits)).conclusion;
     assert!(
-        said.contains("in 4 of 10 cases; 1 solve too loosely") && said.contains("; 5 contradict")
+        said.contains("in 4 of 10 cases; in 1 the solver tolerance")
+            && said.contains("; in 5 it contradicts theory.")
     );
 }
 
@@ -122,9 +126,10 @@ fn the_sheet_and_explicit_shear_stand_beside_their_bounds() {
     let shear = vec![scan(0.001, 1.0, Some(4.0)), scan(0.1, 0.6, Some(0.5)), scan(1.0, 0.5, None)];
     let said = words(&Facts { shear, ..facts(Vec::new(), limits) }).observations.join("\n");
     assert!(
-        said.contains("1 of 2 longest stable steps reach") && said.contains("least is 0 of it")
+        said.contains("1 of 2 longest stable steps reach")
+            && said.contains("shortest is 0 times as long")
     );
     assert!(said.contains("in 2 of 3 scans"), "{said}");
-    let steps = "at k/m = 10⁶ s⁻²: mixed 4 at h = 0.001 s, 0.5 at h = 0.1 s.";
+    let steps = "k_s/k on: mixed, 4 at h = 0.001 s and 0.5 at h = 0.1 s.";
     assert!(said.contains(steps), "{said}");
 }

@@ -72,7 +72,10 @@ fn one_tolerance_fits_all_rows_or_none_does() {
     assert!(fits.contains("A single ε, 0.1, repeats all") && fits.contains("1.10"), "{fits}");
     assert!(fits.contains("within 25 % in 1 of 1 rows"), "{fits}");
     assert!(!fits.contains("exponents"), "one reading was run: {fits}");
-    assert!(observed.contains("plain CG comes within 25 % in 1 rows, updated CG as printed in 0"));
+    assert!(
+        observed
+            .contains("within 25 % of the paper's count in 1 row, and updated CG as printed in 0")
+    );
     assert!(observed.contains("No run of these rows gains energy"), "{observed}");
     let second = row(2, true, 1e6, [[300, 100], [50, 40]]);
     let (none, _) = said(vec![row(1, true, 1e4, [[110, 300], [50, 40]]), second]);
@@ -86,7 +89,7 @@ fn a_fit_by_an_unstable_run_does_not_count() {
     unstable.cells[0].verdict = Verdict::Unstable;
     let (conclusion, observed) = said(vec![unstable]);
     assert!(conclusion.contains("in 0 of 1 rows"), "{conclusion}");
-    assert!(observed.contains("1 of 4 runs gain energy, 0 of them with updated CG as printed"));
+    assert!(observed.contains("1 of 4 runs gains energy, 0 of them with updated CG as printed"));
 }
 
 #[test]
@@ -94,11 +97,11 @@ fn the_nearest_reading_decides_only_if_it_is_the_one_that_is_taken() {
     let taken = row(1, true, 1e4, [[110, 300], [90, 40]]);
     let far = row(1, false, 1e5, [[400, 300], [400, 300]]);
     let (favoured, observed) = said(vec![taken.clone(), far]);
-    assert!(favoured.contains("favour the exponents 4 and 6"), "{favoured}");
+    assert!(favoured.contains("suggest that the illegible exponents are 4 and 6"), "{favoured}");
     assert!(observed.contains("in 2 of 2 cases"), "{observed}");
     let near = row(1, false, 1e5, [[100, 300], [400, 300]]);
     let (open, observed) = said(vec![taken, near]);
-    assert!(open.contains("do not decide the exponents 4 and 6"), "{open}");
+    assert!(open.contains("do not decide whether the illegible exponents are 4 and 6"), "{open}");
     assert!(observed.contains("in 1 of 2 cases"), "{observed}");
 }
 
@@ -108,6 +111,14 @@ fn what_a_verdict_or_a_cap_hides_is_told() {
     troubled.cells[0].energy_climb = 0.28;
     troubled.cells[1].unconverged_steps = 39;
     let (_, observed) = said(vec![troubled]);
-    assert!(observed.contains("gain it again: 1, by up to 28 % of the released"), "{observed}");
-    assert!(observed.contains("tolerance: 1, with up to 39 such steps"), "{observed}");
+    assert!(
+        observed.contains(
+            "1 run called stable loses energy and gains it again, by up to 28 % of the released"
+        ),
+        "{observed}"
+    );
+    assert!(
+        observed.contains("1 run has solves that stop before their tolerance, in up to 39 steps"),
+        "{observed}"
+    );
 }

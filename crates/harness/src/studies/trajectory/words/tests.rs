@@ -103,15 +103,15 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
         said.conclusion,
         "For an error of 1 %, explicit methods alone lead on 1 of 4 sheets, implicit ones alone on \
          2, and both kinds tie on 1. Implicit methods lead alone only from k/m = 10⁶ s⁻² on, and \
-         only where the stiffest mode has a damping ratio of at least 0.10. First or tied most often: \
-         where explicit methods lead alone, `fast`; where implicit ones do, `firm`; where both \
-         kinds tie, `fast` and `firm`."
+         only where the stiffest mode has a damping ratio of at least 0.10. These lead or tie most \
+         often: `fast` where explicit methods lead alone; `firm` where implicit ones lead alone; \
+         `fast` and `firm` where both kinds tie."
     );
     let all = said.observations.join(" ");
     for sentence in [
-        "On 1 of 5 sheets 1 % does not rank, because a start that differs by 1 µm moves the end",
-        "end apart by 0.0010 % to 3.0 % of the motion, most at k/m = 1e10, ζ = 0.01.",
-        "On 1 of 4 sheets the cheapest run that moves and whose energy at the end is right to 1 %",
+        "On 1 of 5 sheets, an error of 1 % cannot be ranked: a start that differs by 1 µm",
+        "changes the end by 0.0010 % to 3.0 % of the motion, most at k/m = 1e10, ζ = 0.01.",
+        "On 1 of 4 sheets, a ranking by final energy (error at most 1 %) has another winner",
         "are off by up to 0.80 mm in shape, 0.40 % in strain and 2.0 % in energy.",
         "Runs within 10 % of the trajectory keep 0.992 to 0.996 of the motion.",
     ] {

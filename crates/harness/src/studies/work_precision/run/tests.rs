@@ -202,5 +202,8 @@ fn words_name_where_the_winner_turns_and_who_spends_the_budget() {
     let turn = "explicit methods win up to k/m = 10² s⁻², implicit ones from 10⁴ s⁻² on.";
     assert!(said.contains(turn), "{said}");
     let said = words.observations.join("\n");
-    assert!(said.contains("1 of 3 variants spend their budget before an error of 1 %"), "{said}");
+    assert!(
+        said.contains("1 of 3 variants exhaust their budget before they reach an error of 1 %"),
+        "{said}"
+    );
 }
