@@ -9,9 +9,11 @@
 //! * `n`, its number of particles.
 //!
 //! A form is judged by its *factor* `f` on each scene of the study: its modelled time over that of
-//! the fastest form there. Scenes near the new one weigh most, by `q = exp(−d²)` with
+//! the fastest form there. Scenes near the new one weigh most. One at the same place outweighs all
+//! others:
 //!
 //! ```text
+//! q = exp(−d²)/(d² + 0.02)
 //! d² = (Δ lg ω²)² + (Δ lg ζ)² + 0.3 (Δ lg n)² + 0.3 [one is held, the other is free]
 //! score = (Σ q (ln f)² / Σ q)^½
 //! ```
@@ -50,6 +52,9 @@ pub const LEVELS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 pub const USUAL_ERROR: f64 = 1e-2;
 /// `ln f` of a form that does not get to an error.
 const NEVER: f64 = 5.0;
+/// Added to `d²` in the weight of a scene. A scene of the study at the very place of the new one
+/// weighs 50, one at `d = 1` about 0.4.
+const SAME: f64 = 0.02;
 /// Weight of a change of size, and of pins.
 const SIZE: f64 = 0.3;
 const PINS: f64 = 0.3;
@@ -282,7 +287,8 @@ fn ranking<'a>(
         if best.is_infinite() {
             continue;
         }
-        let weight = (-place.distance(&scene.place)).exp();
+        let distance = place.distance(&scene.place);
+        let weight = (-distance).exp() / (distance + SAME);
         total += weight;
         for ((method, is_divided), sum) in &mut sums {
             let own =
