@@ -285,6 +285,25 @@ impl Choice {
         }
     }
 
+    /// The id with the settings that differ from their defaults, as [`parse`](Self::parse) reads it.
+    /// Where the defaults alone do not tell the rest, all settings.
+    #[must_use]
+    pub fn short_id(&self) -> String {
+        let is_default = |key: &str, value: &str| {
+            self.method().settings.iter().any(|set| set.key == key && set.default == value)
+        };
+        let settings = self.settings.iter().filter(|(key, value)| !is_default(key, value));
+        let settings: Vec<_> = settings.map(|(key, value)| format!("{key}={value}")).collect();
+        let id = self.method().id;
+        let short = if settings.is_empty() {
+            id.to_owned()
+        } else {
+            format!("{id}:{}", settings.join(","))
+        };
+        let is_same = Self::parse(&short, &[]).is_ok_and(|same| same.settings == self.settings);
+        if is_same { short } else { self.full_id() }
+    }
+
     /// Whether results of this choice have the same bits on every machine, because no factorisation
     /// of a library takes part.
     pub fn is_portable(&self) -> bool {
@@ -302,5 +321,25 @@ impl Choice {
     /// [`SettingError`], if the method itself refuses a setting that its declaration allows.
     pub fn build(&self) -> Result<Box<dyn Integrator>, SettingError> {
         (self.entry.registration.build)(&self.settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_id_names_what_differs_from_the_defaults() {
+        let short = |text: &str| Choice::parse(text, &[]).map(|choice| choice.short_id());
+        for method in all() {
+            let choice = Choice::parse(method.id, &[]).expect("an id of the registry");
+            assert_eq!(choice.short_id(), method.id);
+            assert_eq!(short(&choice.full_id()).ok().as_deref(), Some(method.id));
+        }
+        let form = "dirk:residual=1e-3,jacobian=saved,solver=cholesky";
+        let choice = Choice::parse(form, &[]).expect("a form");
+        let told = short(&choice.full_id()).expect("a form");
+        assert!(told.len() <= form.len(), "{told}");
+        assert_eq!(Choice::parse(&told, &[]).map(|c| c.full_id()).ok(), Some(choice.full_id()));
     }
 }

@@ -98,6 +98,12 @@ pub fn winning(winner: &Winner) -> &str {
     winner.label.as_deref().map_or("none", method)
 }
 
+/// A method with the settings that are not its defaults, as the command takes it.
+fn short(method: &str) -> String {
+    crate::methods::Choice::parse(method, &[])
+        .map_or_else(|_| method.to_owned(), |choice| choice.short_id())
+}
+
 /// The text about other methods that are as good; empty without any.
 fn ties(what: &str, labels: &[String]) -> String {
     if labels.is_empty() { String::new() } else { format!("; {what}: {}", labels.join(", ")) }
@@ -141,7 +147,8 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
         more => format!("{more} steps a frame"),
     };
     let of = format!("{} particles", scene.particles);
-    let take = format!("`{}`, {steps} ({of}){}", first.method, ties("tie", &near));
+    let form = short(&first.method);
+    let take = format!("`{form}`, {steps} ({of}){}", ties("tie", &near));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
@@ -218,7 +225,7 @@ fn nearest_at_rest(results: &Path) -> Result<Option<Rest>, String> {
         ratio(first)
     );
     let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
-    let form = form.map_or_else(|| (*first).to_owned(), Clone::clone);
+    let form = form.map_or_else(|| (*first).to_owned(), |method| short(method));
     Ok(Some(Rest { form, near, ratio: ratio(first), why }))
 }
 
