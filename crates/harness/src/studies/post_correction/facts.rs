@@ -93,7 +93,7 @@ pub struct Row {
     /// `‖M a − f‖/‖f‖` of the trajectory over free particles: root of the mean square over the
     /// steps. `f` is taken at the start of a step.
     pub residual: f64,
-    /// The same residual for steps without their corrections.
+    /// The residual of steps without their corrections, measured like that of corrected steps.
     pub uncorrected_residual: f64,
     /// Greatest elongation of a spring at the end of a step, over its rest length.
     pub elongation: f64,

@@ -124,7 +124,8 @@ fn words_compare_forcing_terms_factors_and_preconditioners() {
     let text = said.observations.join("\n");
     for part in [
         "Runs with saved factors do 0.25 times the work",
-        "IC(0) takes 0.30 times the CG iterations of no preconditioner, Jacobi's 0.90 times.",
+        "IC(0) takes 0.30 times the CG iterations of a run without a preconditioner, and Jacobi takes \
+         0.90 times.",
         "terms take 0.80 times the CG iterations of full solves",
         "linear at ε = 0.5 gains energy in 1 of 1 scenes; ε = 10⁻⁶ takes up to 10 times",
     ] {
