@@ -84,6 +84,21 @@ impl<T: Send> Divisible for PerBlock<'_, T> {
     }
 }
 
+/// Splits each of some slices, as the planes of a vector, before the item `at`; a shorter one stays
+/// whole.
+pub fn split_each<T, const N: usize>(slices: [&mut [T]; N], at: usize) -> [[&mut [T]; N]; 2] {
+    let mut others = [(); N].map(|()| <&mut [T]>::default());
+    let mut places = others.iter_mut();
+    let slices = slices.map(|slice| {
+        let (slice, other) = slice.split_at_mut(at.min(slice.len()));
+        if let Some(place) = places.next() {
+            *place = other;
+        }
+        slice
+    });
+    [slices, others]
+}
+
 impl<A: Divisible, B: Divisible> Divisible for (A, B) {
     #[inline]
     fn split(self, blocks: usize) -> (Self, Self) {

@@ -12,7 +12,7 @@
 use super::bands::Bands;
 use super::product::{self, GROUP, Place, Term};
 use super::{BlockMatrix, Layout};
-use crate::bands::{Divisible, PerBlock, in_items};
+use crate::bands::{Divisible, PerBlock, in_items, split_each};
 use crate::{BlockJacobi, PcgReport, PcgSettings, SolveStatus, Vec3};
 
 /// Accumulators of a sum.
@@ -275,15 +275,7 @@ struct Groups<'a, const N: usize> {
 impl<const N: usize> Divisible for Groups<'_, N> {
     fn split(self, groups: usize) -> (Self, Self) {
         let (sums, other_sums) = self.sums.split_at_mut(groups.min(self.sums.len()));
-        let mut others = [(); N].map(|()| <&mut [f32]>::default());
-        let mut left = others.iter_mut();
-        let planes = self.planes.map(|plane| {
-            let (plane, other) = plane.split_at_mut((GROUP * groups).min(plane.len()));
-            if let Some(place) = left.next() {
-                *place = other;
-            }
-            plane
-        });
+        let [planes, others] = split_each(self.planes, GROUP * groups);
         (Self { planes, sums }, Self { planes: others, sums: other_sums })
     }
 }

@@ -7,7 +7,7 @@
 //! Inversion takes 8 divisions and 24 other flops a block; application takes 15 flops and 96 bytes.
 
 use super::{Preconditioner, jacobi::is_pivot};
-use crate::bands::{Divisible, in_bands};
+use crate::bands::{Divisible, in_bands, split_each};
 use crate::block::VisitDiagonal;
 use crate::vector::BLOCK;
 use crate::{BlockMatrix, LinearOperator, SolverError, Vec3};
@@ -115,15 +115,7 @@ struct Inverses<'a>([&'a mut [f64]; 6]);
 
 impl Divisible for Inverses<'_> {
     fn split(self, blocks: usize) -> (Self, Self) {
-        let mut others = [(); 6].map(|()| <&mut [f64]>::default());
-        let mut rest = others.iter_mut();
-        let planes = self.0.map(|plane| {
-            let (plane, other) = plane.split_at_mut((blocks * BLOCK).min(plane.len()));
-            if let Some(place) = rest.next() {
-                *place = other;
-            }
-            plane
-        });
+        let [planes, others] = split_each(self.0, blocks * BLOCK);
         (Self(planes), Self(others))
     }
 }

@@ -30,7 +30,7 @@ use super::diagonals::{Diagonal, MAX_DIAGONALS};
 use super::sweep::{Block, GROUP, MAX_PASSES, Pass, Plan, Sums, Window, Windows, springs};
 use super::{COLLAPSED, Vec3};
 use crate::Tangent;
-use drape_kernels::bands::{Divisible, in_bands};
+use drape_kernels::bands::{Divisible, in_bands, split_each};
 use drape_kernels::blocks::BandPlanes;
 use drape_kernels::lanes::WIDEST;
 use drape_kernels::planes::{join, split};
@@ -247,16 +247,8 @@ impl<'a> Rows<'a> {
     /// Splits off the first `count` rows; returns them and the rest.
     fn split(self, count: usize) -> (Self, Self) {
         let Self { first, planes } = self;
-        let mut rest = Self::new(first + count, std::iter::empty());
-        let mut others = rest.planes.iter_mut();
-        let planes = planes.map(|plane| {
-            let (plane, other) = plane.split_at_mut(count.min(plane.len()));
-            if let Some(place) = others.next() {
-                *place = other;
-            }
-            plane
-        });
-        (Self { first, planes }, rest)
+        let [planes, others] = split_each(planes, count);
+        (Self { first, planes }, Self { first: first + count, planes: others })
     }
 
     /// Computes `−S` of the springs of `m` particles, and the opposite of their forces.
