@@ -73,8 +73,6 @@ impl Ground {
 /// The place of a method on a sheet, for one error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place<'a> {
-    /// 1 for the least effort; `None` if the method does not reach the error.
-    pub(super) rank: Option<usize>,
     /// The method of least effort.
     pub(super) winner: &'a str,
     /// Effort over the least of the other methods; infinite if it does not reach the error.
@@ -101,12 +99,16 @@ impl<'a> Place<'a> {
         let ahead = others().filter(|(_, number)| number.value < own).count();
         let best = others().map(|(_, number)| number.value).next().unwrap_or(f64::MAX);
         Ok(Self {
-            rank: is_reached.then_some(1 + ahead),
             winner: all[0].0,
             ratio: if is_reached { own / best } else { f64::INFINITY },
             own,
             ahead,
         })
+    }
+
+    /// 1 for the least effort; `None` if the method does not reach the error.
+    fn rank(&self) -> Option<usize> {
+        (self.own < f64::MAX).then_some(1 + self.ahead)
     }
 
     /// Whether it is known if the method is among the first, where every method was tried up to
@@ -116,11 +118,11 @@ impl<'a> Place<'a> {
     }
 
     pub(super) fn is_among_first(&self) -> bool {
-        self.rank.is_some_and(|rank| rank <= FIRST)
+        self.rank().is_some_and(|rank| rank <= FIRST)
     }
 
     pub(super) fn is_first(&self) -> bool {
-        self.rank == Some(1)
+        self.rank() == Some(1)
     }
 }
 
@@ -246,7 +248,7 @@ impl<'a> Places<'a> {
     pub(super) fn worst(&self) -> Option<String> {
         let (at, place) = self.all.iter().max_by(|(_, a), (_, b)| a.ratio.total_cmp(&b.ratio))?;
         let method = self.method;
-        (place.ratio > 1.0).then(|| match place.rank {
+        (place.ratio > 1.0).then(|| match place.rank() {
             None => format!("`{method}` does not reach {at} within its budget"),
             Some(_) => {
                 let (ratio, winner) = (told(place.ratio), place.winner);
@@ -321,7 +323,7 @@ pub(super) mod tests {
     fn place(efforts: &[(&str, f64)]) -> (Option<usize>, String, f64) {
         let numbers = numbers(&[GROUND], &[0.1], efforts, None);
         let place = Place::of(Evidence::new(&numbers), &GROUND, 0.1, "a").ok();
-        let place = place.map(|place| (place.rank, place.winner.to_owned(), place.ratio));
+        let place = place.map(|place| (place.rank(), place.winner.to_owned(), place.ratio));
         place.unwrap_or((None, "nothing is recorded".to_owned(), 0.0))
     }
 

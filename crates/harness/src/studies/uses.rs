@@ -17,12 +17,13 @@ pub type Use = (&'static str, (String, String));
 /// # Errors
 /// A message if a record cannot be read or lacks a number.
 pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
+    let rest = at_rest(results)?;
     Ok([
         ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?),
         ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball")?),
-        ("a drape test for a textile laboratory", at_rest(results)?),
+        ("a drape test for a textile laboratory", laid(rest.as_ref())),
         ("a teaching demonstration", taught(results)?),
-        ("a still of a million particles", of_a_million(results)?),
+        ("a still of a million particles", of_a_million(results, rest.as_ref())?),
     ])
 }
 
@@ -167,15 +168,16 @@ struct Rest {
     why: String,
 }
 
-/// The form for the way to rest; `None` where no form comes to rest on all tables.
-fn at_rest(results: &Path) -> Result<(String, String), String> {
-    Ok(nearest_at_rest(results)?.map_or_else(
+/// The form for a drape test.
+fn laid(rest: Option<&Rest>) -> (String, String) {
+    rest.map_or_else(
         || ("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()),
-        |rest| (format!("`{}`{}", rest.form, ties("near", &rest.near)), rest.why),
-    ))
+        |rest| (format!("`{}`{}", rest.form, ties("near", &rest.near)), rest.why.clone()),
+    )
 }
 
-fn nearest_at_rest(results: &Path) -> Result<Option<Rest>, String> {
+/// The form for the way to rest; `None` where no form comes to rest on all tables.
+fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     use rest::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "rest")?;
     let timings: Vec<TimingRow> = timings(results, "rest")?;
@@ -250,7 +252,7 @@ fn taught(results: &Path) -> Result<(String, String), String> {
 }
 
 /// The times of a million particles, and the form that is first on small cloth.
-fn of_a_million(results: &Path) -> Result<(String, String), String> {
+fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<(String, String), String> {
     use scaling::facts::{RunTiming, TimingRow};
     let timings: Vec<TimingRow> = timings(results, "scaling")?;
     let largest = timings.iter().filter_map(|row| match row {
@@ -269,7 +271,7 @@ fn of_a_million(results: &Path) -> Result<(String, String), String> {
         "`scaling`, 10⁶ particles, k/m fixed, a step: {}; nobody measured the way to rest there",
         told.join(", ")
     );
-    let take = nearest_at_rest(results)?.map_or_else(String::new, |rest| {
+    let take = rest.map_or_else(String::new, |rest| {
         let Rest { form, ratio, .. } = rest;
         format!("; on small cloth `{form}` takes at most {ratio:.1} times the least")
     });

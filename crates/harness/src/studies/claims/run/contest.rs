@@ -172,39 +172,38 @@ impl Contest {
         self.setting.enough = levels.iter().copied().fold(f64::INFINITY, f64::min);
         let leads = |form: &Variant| leaders.iter().any(|leader| leader == id(form.method));
         let mut own = Self::forms(|form| id(form.method) == named && is_meant(form));
-        let mut ahead =
-            Self::forms(|form| id(form.method) != named && leads(form) && is_meant(form));
-        let mut others =
-            Self::forms(|form| id(form.method) != named && !leads(form) && is_meant(form));
         self.run(&mut own, most)?;
-        let efforts_for = |ahead: &[Tried], others: &[Tried]| -> Vec<Vec<Effort>> {
-            levels.iter().map(|&level| efforts(&[&own, ahead, others], level)).collect()
+        let group = |is_first: bool| {
+            Self::forms(|form| {
+                id(form.method) != named && leads(form) == is_first && is_meant(form)
+            })
         };
-        // Up to this time others may come ahead; the error that is decided soonest comes first.
-        let needed = |all: &[Vec<Effort>], tried: f64| {
-            let needed = all.iter().filter_map(|all| undecided(named, all, tried, most));
-            needed.reduce(f64::min)
+        let mut groups = [own, group(true), group(false)];
+        let all = |groups: &[Vec<Tried>; 3]| -> Vec<Vec<Effort>> {
+            let groups = groups.each_ref().map(Vec::as_slice);
+            levels.iter().map(|&level| efforts(&groups, level)).collect()
         };
-        let mut budget = self.first_budget();
         let mut tried = 0.0;
-        while let Some(needed) = needed(&efforts_for(&ahead, &others), tried) {
-            budget = budget.min(needed);
-            self.run(&mut ahead, budget)?;
-            tried = budget;
-            budget = GROWTH * tried;
-        }
-        (tried, budget) = (0.0, self.first_budget());
-        while let Some(needed) = needed(&efforts_for(&ahead, &others), tried) {
-            budget = budget.min(needed);
-            let due = others.iter().filter(|form| Self::is_due(form, budget)).count();
-            if SLACK * budget * due as f64 > MOST_OF_OTHERS {
-                break;
+        for (others, most_of_round) in [(1, f64::INFINITY), (2, MOST_OF_OTHERS)] {
+            tried = 0.0;
+            let mut budget = self.first_budget();
+            // Up to this time others may come ahead; the error that is decided soonest comes first.
+            while let Some(needed) = all(&groups)
+                .iter()
+                .filter_map(|all| undecided(named, all, tried, most))
+                .reduce(f64::min)
+            {
+                budget = budget.min(needed);
+                let due = groups[others].iter().filter(|form| Self::is_due(form, budget)).count();
+                if SLACK * budget * due as f64 > most_of_round {
+                    break;
+                }
+                self.run(&mut groups[others], budget)?;
+                tried = budget;
+                budget = GROWTH * tried;
             }
-            self.run(&mut others, budget)?;
-            tried = budget;
-            budget = GROWTH * tried;
         }
-        for (&level, all) in levels.iter().zip(efforts_for(&ahead, &others)) {
+        for (&level, all) in levels.iter().zip(all(&groups)) {
             numbers.push(Number::new(self.ground.tried(level), tried, "s").of_machine());
             numbers.extend(self.numbers(&[named], level, &all));
         }
