@@ -218,9 +218,9 @@ fn sheet(mut drafts: Vec<Draft>, cost: Cost) -> Option<Sheet> {
         is_cut |= cut(&mut series.points);
     }
     let mut sheet = panels_of(drafts, |xs| Axis::log(label, xs), |ys| Axis::log(ERROR, ys))?;
-    sheet.notes.extend(
-        is_cut.then(|| "Curves end at an error of 10⁻⁶: there, between two runs.".to_owned()),
-    );
+    sheet.notes.extend(is_cut.then(|| {
+        "Curves end at an error of 10⁻⁶, between two runs or at the first one.".to_owned()
+    }));
     Some(sheet)
 }
 

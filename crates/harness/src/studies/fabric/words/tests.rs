@@ -99,10 +99,11 @@ fn right_models_are_told_from_wrong_ones_and_cloths_inside_their_band_from_other
 fn orders_widths_limits_and_residuals_are_told() {
     let said = words(&facts());
     let all = said.observations.join(" ");
+    let on_edge = format!("on edge ({}) buckles at Γ = 22.0;", Model::Triangles.name());
     for part in [
         "2.0 (angles along rows)",
         "3 to 25 rows give 2.68 to 2.90 on triangles (derived 2.67 to 3.00)",
-        "on edge (hinges on triangles, k = 3B/8) buckles at Γ = 22.0;",
+        on_edge.as_str(),
         "the law of a slender beam gives 22.3.",
         "up to 4.0 points between meshes and starts (denim), and by up to 4.0 between starts",
         "Of 11 specimens, 9 are at rest, with a residual of at most 1.0e-5 ",
