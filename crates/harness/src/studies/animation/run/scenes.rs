@@ -16,6 +16,7 @@ use drape_model::fabric::Material;
 use drape_model::{SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -331,11 +332,16 @@ impl Setting {
             }
             starts.push(start);
         }
-        for start in &starts {
-            let (_, film) = self.film(start, &choice, substeps, f64::INFINITY)?;
-            self.members.push(film);
-        }
-        let (_, coarse) = self.film(&self.simulation, &choice, substeps / 2, f64::INFINITY)?;
+        let shot = |start: &Simulation, substeps| {
+            self.film(start, &choice, substeps, f64::INFINITY).map(|(_, film)| film)
+        };
+        // Large cloth takes minutes a film, so the films are shot at the same time.
+        let (members, coarse) = rayon::join(
+            || starts.par_iter().map(|start| shot(start, substeps)).collect::<Result<Vec<_>, _>>(),
+            || shot(&self.simulation, substeps / 2),
+        );
+        let coarse = coarse?;
+        self.members = members?;
         let (first, others) = (&self.members[0], &self.members[1..]);
         let count = others.len() as f64;
         let shapes = others.iter().map(|other| self.camera.shape_apart(first, other)).sum::<f64>();
