@@ -4,9 +4,7 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-mod common;
-
-use common::{python, skipped};
+use crate::common::{python, skipped};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::net::TcpListener;

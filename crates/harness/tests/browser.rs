@@ -6,11 +6,10 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-mod devtools;
+use crate::common;
 
+use crate::devtools::{Browser, chromium};
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use devtools::{Browser, chromium};
 use drape_harness::studies::draw;
 use serde_json::{Value, json};
 use std::path::Path;

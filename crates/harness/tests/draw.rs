@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::complete;
+use crate::common::complete;
 use drape_harness::studies::cg_vs_stiffness::facts as cg;
 use drape_harness::studies::{all, draw};
 use drape_report::Verdict;

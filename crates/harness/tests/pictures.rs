@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use drape_harness::studies::pictures::facts::{Facts, METHODS, PAPER, Scene, Shot, Table};
 use drape_harness::studies::{draw, find};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use drape_harness::studies::draw;
 use scraper::{ElementRef, Html, Selector};

@@ -1,6 +1,6 @@
 //! A kick with damping that needs no solve.
 
-use crate::{StepReport, kick};
+use crate::{StepReport, change_each, each_particle, kick};
 use drape_model::{Level, Part, State, System, Vec3};
 use drape_solvers::Constraints;
 
@@ -59,16 +59,14 @@ impl ExplicitKick {
     ) {
         let Self { damping, slope, predicted } = self;
         write_damping_force(system, state.level(), slope, report); // g₁ − F
-        predicted.copy_from_slice(&state.v);
+        let (v, mass) = (&state.v, system.mass());
+        let predict = |i| v[i] + (force[i] + slope[i]) * (tau / mass[i]);
+        each_particle(system, predicted, predict); // v + τ M⁻¹ g₁
         kick(system, tau, force, &mut state.v);
-        for (i, m) in system.mass().iter().enumerate() {
-            predicted[i] += (force[i] + slope[i]) * (tau / m); // v + τ M⁻¹ g₁
-        }
         pins.impose(predicted);
         write_damping_force(system, Level { v: predicted, ..state.level() }, damping, report);
-        for (damping, slope) in damping.iter_mut().zip(slope) {
-            *damping = (*damping + *slope) * 0.5; // ½ (g₁ + g₂) − F
-        }
+        let mean = |i, damping: &mut Vec3| *damping = (*damping + slope[i]) * 0.5;
+        change_each(system, damping, mean); // ½ (g₁ + g₂) − F
         kick(system, tau, damping, &mut state.v);
     }
 }

@@ -1,6 +1,7 @@
 //! The past of a multistep method.
 
 use drape_model::{Revisions, System, Vec3};
+use drape_solvers::bands::{bands, in_bands};
 use std::ops::RangeInclusive;
 
 #[derive(Clone, Debug)]
@@ -31,13 +32,16 @@ pub struct History<const FIELDS: usize> {
     levels: Vec<Entry<FIELDS>>,
     len: usize,
     revisions: Option<Revisions>,
+    /// Parts of an update that threads share.
+    bands: usize,
 }
 
 impl<const FIELDS: usize> History<FIELDS> {
     /// Memory for `depth` levels of `n` particles; empty. A depth of 0 keeps nothing.
     pub fn new(n: usize, depth: usize) -> Self {
         let level = || Entry { fields: std::array::from_fn(|_| vec![Vec3::zeros(); n]), step: 0.0 };
-        Self { levels: (0..depth).map(|_| level()).collect(), len: 0, revisions: None }
+        let levels = (0..depth).map(|_| level()).collect();
+        Self { levels, len: 0, revisions: None, bands: 1 }
     }
 
     /// Copies another history of the same size and depth without allocating.
@@ -49,6 +53,7 @@ impl<const FIELDS: usize> History<FIELDS> {
             }
         }
         (self.len, self.revisions) = (other.len, other.revisions);
+        self.bands = other.bands;
     }
 
     /// Forgets all levels.
@@ -60,6 +65,7 @@ impl<const FIELDS: usize> History<FIELDS> {
     /// system has changed since the last call, because velocities then have a kink and
     /// accelerations a jump. It also ends if the ratio of step sizes lies outside of `ratios`.
     pub fn refresh(&mut self, system: &System, h: f64, ratios: RangeInclusive<f64>) {
+        self.bands = bands(system.threads(), system.len());
         let revisions = Some(system.revisions());
         let changed = std::mem::replace(&mut self.revisions, revisions) != revisions;
         if changed || (self.len > 0 && !ratios.contains(&(h / self.step(0)))) {
@@ -102,13 +108,17 @@ impl<const FIELDS: usize> History<FIELDS> {
     /// # Panics
     /// If there is no such field.
     pub fn mean(&self, field: usize, present: &[Vec3], weights: &[f64], out: &mut [Vec3]) {
-        out.copy_from_slice(present);
-        let older = weights.iter().rev().skip(1);
-        for (level, &weight) in self.levels[..self.len].iter().zip(older) {
-            for ((out, y), present) in out.iter_mut().zip(&level.fields[field]).zip(present) {
-                *out += (y - present) * weight;
+        in_bands(self.bands, out.len(), out, &|band, out: &mut [Vec3]| {
+            let present = &present[band.clone()];
+            out.copy_from_slice(present);
+            let older = weights.iter().rev().skip(1);
+            for (level, &weight) in self.levels[..self.len].iter().zip(older) {
+                let past = &level.fields[field][band.clone()];
+                for ((out, y), present) in out.iter_mut().zip(past).zip(present) {
+                    *out += (y - present) * weight;
+                }
             }
-        }
+        });
     }
 
     /// Stores the level that a step of `h` seconds is about to leave. Drops the oldest level if
@@ -117,7 +127,9 @@ impl<const FIELDS: usize> History<FIELDS> {
         if let Some(oldest) = self.levels.last_mut() {
             oldest.step = h;
             for (kept, field) in oldest.fields.iter_mut().zip(fields) {
-                kept.copy_from_slice(field);
+                in_bands(self.bands, kept.len(), &mut kept[..], &|band, kept: &mut [Vec3]| {
+                    kept.copy_from_slice(&field[band]);
+                });
             }
             self.levels.rotate_right(1);
             self.len = (self.len + 1).min(self.levels.len());

@@ -1,6 +1,6 @@
 //! The force at the end of a step, which the next step reuses.
 
-use crate::StepReport;
+use crate::{StepReport, each_particle};
 use drape_model::{Effect, Level, Part, Revisions, System, Vec3};
 
 /// The conservative force at the end of a step. It is kept for the [revisions](System::revisions)
@@ -49,7 +49,7 @@ impl KeptForce {
     /// Keeps the force for the next step, which starts at `x`.
     pub fn keep(&mut self, system: &System, x: &[Vec3]) {
         self.remembered = Some(system.revisions());
-        self.positions.copy_from_slice(x);
+        each_particle(system, &mut self.positions, |i| x[i]);
     }
 
     /// Forgets the force.

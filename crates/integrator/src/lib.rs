@@ -123,7 +123,7 @@ pub use history::History;
 pub use implicit::Implicit;
 pub use impulsive::ImpulsiveContacts;
 pub use kept_force::KeptForce;
-pub use kinematics::{drift, kick};
+pub use kinematics::{change_each, drift, each_particle, kick};
 pub use ledger::{Bookkeeping, EnergyLedger, as_stepped, momentum_between, subtract_laplacian};
 pub use linear::{LaplacianSolver, LinearSettings, PreconditionerKind, SolverKind, Weights};
 pub use method::{Method, Order, Quantity, StabilityClass, Support, Supports, Treatment};

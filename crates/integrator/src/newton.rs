@@ -3,6 +3,7 @@
 use crate::newton_linear::NewtonMatrix;
 use crate::{
     IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard, StepError,
+    each_particle,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::dot};
@@ -157,7 +158,8 @@ impl Newton {
         let mut is_known = false;
         loop {
             if !is_known {
-                self.gradient.copy_from_slice(potential.gradient(system, v)); // −r of EEH (5)
+                let gradient = potential.gradient(system, v); // −r of EEH (5)
+                each_particle(system, &mut self.gradient, |i| gradient[i]);
             }
             is_known = false;
             report.residual = potential.filtered_norm(constraints, &mut self.gradient);
@@ -187,7 +189,7 @@ impl Newton {
             }
             let falls = report.residual * LEAST_PROGRESS <= last_residual;
             last_residual = report.residual;
-            self.previous.copy_from_slice(v);
+            each_particle(system, &mut self.previous, |i| v[i]);
             let term = forcing.next(report.residual, settings.residual);
             self.matrix.solve(
                 system,
@@ -232,15 +234,14 @@ impl Newton {
         v: &mut [Vec3],
     ) -> bool {
         let start = dot(&self.gradient, &self.direction);
-        for i in 0..v.len() {
-            self.trial[i] = v[i] - self.direction[i];
-        }
+        let Self { trial, direction, .. } = self;
+        each_particle(system, trial, |i| v[i] - direction[i]);
         let gradient = potential.gradient(system, &self.trial);
         let end = dot(gradient, &self.direction);
         let descends = end >= -(1.0 - 2.0 * WOLFE_DECREASE) * start && end <= WOLFE_SLOPE * start;
         if descends {
-            self.gradient.copy_from_slice(gradient);
-            v.copy_from_slice(&self.trial);
+            each_particle(system, &mut self.gradient, |i| gradient[i]);
+            each_particle(system, v, |i| self.trial[i]);
         }
         descends
     }
@@ -264,9 +265,8 @@ impl Newton {
         let slack = ENERGY_ROUND_OFF * start.abs();
         let mut length = 1.0;
         for _ in 0..=MAX_HALVINGS {
-            for i in 0..v.len() {
-                self.trial[i] = v[i] - self.direction[i] * length;
-            }
+            let Self { trial, direction, .. } = self;
+            each_particle(system, trial, |i| v[i] - direction[i] * length);
             let value = potential.value(system, &self.trial);
             if value <= start - SUFFICIENT_DECREASE * length * slope + slack {
                 v.copy_from_slice(&self.trial);

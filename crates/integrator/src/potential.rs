@@ -1,8 +1,8 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
-use crate::{Implicit, lightest_free_mass};
+use crate::{Implicit, each_particle, lightest_free_mass};
 use drape_model::{BlockSink, Effect, Level, Mat3, Part, Revisions, System, Tangent, Vec3};
-use drape_solvers::bands::{bands, in_bands};
+use drape_solvers::bands::{PerBlock, bands, in_bands, in_items};
 use drape_solvers::vector::{BLOCK, weighted_dot_in_bands};
 use drape_solvers::{Constraints, SolveStatus};
 use std::ops::Range;
@@ -12,6 +12,9 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// A step with a residual above this part of the velocity change by external forces has ignored
 /// these forces. No setting of the tolerance allows more.
 const IGNORED: f64 = 0.5;
+
+/// Number of effects whose energies threads compute at the same time.
+const AT_ONCE: usize = 8;
 
 fn lagged<'a>(t: f64, x: &'a [Vec3], v: &'a [Vec3]) -> Level<'a> {
     Level { t, x, v }
@@ -186,8 +189,8 @@ impl IncrementalPotential {
         self.tau = tau;
         self.bands = bands(system.threads(), system.len());
         self.evaluations = 0;
-        self.x_star.copy_from_slice(x_star);
-        self.directions.copy_from_slice(lagged.x);
+        each_particle(system, &mut self.x_star, |i| x_star[i]);
+        each_particle(system, &mut self.directions, |i| lagged.x[i]);
         self.lagged_time = lagged.t;
         if !self.force_at_rest.is_empty() {
             self.lagged_velocity.copy_from_slice(lagged.v);
@@ -197,12 +200,9 @@ impl IncrementalPotential {
                 effect.add_lagged_damping_force(lagged, &self.candidate, &mut self.force_at_rest);
             }
         }
-        for (inverse, m) in self.inverse_mass.iter_mut().zip(system.mass()) {
-            *inverse = 1.0 / m;
-        }
-        for i in 0..system.len() {
-            self.target[i] = v_star[i] + frozen[i] * (tau.v * self.inverse_mass[i]);
-        }
+        let Self { inverse_mass, target, .. } = self;
+        each_particle(system, inverse_mass, |i| 1.0 / system.mass()[i]);
+        each_particle(system, target, |i| v_star[i] + frozen[i] * (tau.v * inverse_mass[i]));
         self.measure(system, v_star, frozen);
     }
 
@@ -366,12 +366,14 @@ impl IncrementalPotential {
         for ((m, v), target) in system.mass().iter().zip(v).zip(&self.target) {
             value += 0.5 * m * (v - target).norm_squared();
         }
-        self.force.fill(Vec3::zeros());
-        let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
-        for effect in self.implicit.effects(system) {
-            value += ratio * effect.energy(system.mass(), &self.x);
-            effect.add_lagged_damping_force(lagged, v, &mut self.force);
+        let mut energies = [0.0; AT_ONCE];
+        let first = self.first_energies(system, &mut energies);
+        let others = self.implicit.effects(system).skip(first.len());
+        let others = others.map(|effect| effect.energy(system.mass(), &self.x));
+        for energy in first.iter().copied().chain(others) {
+            value += ratio * energy;
         }
+        self.write_damping_forces(system, v);
         let power = |force: &[Vec3]| v.iter().zip(force).map(|(v, f)| v.dot(f)).sum::<f64>();
         let dissipation = power(&self.force);
         value -= 0.5 * self.tau.v * dissipation;
@@ -380,6 +382,35 @@ impl IncrementalPotential {
             value -= 0.5 * self.tau.v * power(&self.force_at_rest);
         }
         value
+    }
+
+    /// Energies of the first implicit effects at the last positions, J. Threads share the effects.
+    fn first_energies<'a>(&self, system: &System, energies: &'a mut [f64]) -> &'a [f64] {
+        let count = self.implicit.effects(system).count().min(energies.len());
+        let energies = &mut energies[..count];
+        let bands = if self.bands > 1 { count } else { 1 };
+        in_items(bands, count, PerBlock(&mut *energies), &|effects, PerBlock(energies)| {
+            let effects = self.implicit.effects(system).skip(effects.start);
+            for (energy, effect) in energies.iter_mut().zip(effects) {
+                *energy = effect.energy(system.mass(), &self.x);
+            }
+        });
+        energies
+    }
+
+    /// Writes the damping forces of the implicit effects to `force`, N.
+    fn write_damping_forces(&mut self, system: &System, v: &[Vec3]) {
+        let lagged = lagged(self.lagged_time, &self.directions, &self.lagged_velocity);
+        let damped = self.implicit.effects(system).filter(|effect| effect.has_damping());
+        if share_sweeps(self.implicit, system) {
+            let at = Level { v, ..lagged };
+            let terms = damped.map(|effect| (effect, Part::Damping));
+            return system.write_forces(terms, at, &mut self.force);
+        }
+        self.force.fill(Vec3::zeros());
+        for effect in damped {
+            effect.add_lagged_damping_force(lagged, v, &mut self.force);
+        }
     }
 
     /// `∇Φ(v)`, kg m/s, unfiltered.

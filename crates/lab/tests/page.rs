@@ -5,11 +5,8 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-#[path = "../../harness/tests/devtools/mod.rs"]
-mod devtools;
-
+use crate::devtools::{Browser, chromium};
 use base64::prelude::{BASE64_STANDARD, Engine as _};
-use devtools::{Browser, chromium};
 use drape_lab::{Pane, Runs, Server, Setup};
 use serde_json::{Value, json};
 use std::path::Path;

@@ -53,9 +53,10 @@ struct Cli {
 
 const METHOD: &str = "imex-euler:preconditioner=jacobi";
 /// Other methods that sweep, on the first of the sheets.
-const OTHERS: [&str; 8] = [
+const OTHERS: [&str; 9] = [
     "leapfrog:step=bound,damping=explicit",
     "baraff-witkin",
+    "backward-euler",
     "backward-euler:solver=cg,forcing=eisenstat-walker",
     "bdf2",
     "vbd",

@@ -85,7 +85,7 @@ static LESSON: Lesson = Lesson {
     ),
     code: Excerpt::step(
         "// Δv = A⁻¹ h F̃ = h M⁻¹ F_filtered, (D2)",
-        "drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)",
+        "drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)",
     ),
     law: Law::OneStep(backward_euler),
     load: Some(LoadLaw::Unfiltered),

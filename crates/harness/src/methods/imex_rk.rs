@@ -107,7 +107,7 @@ static LESSON: Lesson = Lesson {
     ),
     code: Excerpt::step(
         "self.write_right_hand_side(system, implicit, tau);",
-        "drift(tau, &self.velocity, &mut self.position);",
+        "drift(system, tau, &self.velocity, &mut self.position);",
     ),
     law: Law::OneStep(|t, e| matrix(&ARS222, t, e)),
     load: None,

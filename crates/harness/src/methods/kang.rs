@@ -63,7 +63,10 @@ static LESSON: Lesson = Lesson {
         "Δv*_i = h F̃_i / D_i                                     each particle alone",
         "corrected by its neighbours",
     ),
-    code: Excerpt::step("// Δv*_i = h F̃_i / D_i, (K2)", "drift(h, &state.v, &mut state.x);"),
+    code: Excerpt::step(
+        "// Δv*_i = h F̃_i / D_i, (K2)",
+        "drift(system, h, &state.v, &mut state.x);",
+    ),
     law: Law::OneStep(|t, e| kang_anchored(t, e, 1)),
     load: None,
     setting: Setting::oscillator(&["kang", "exponential"]).time(0.02, 0.3),

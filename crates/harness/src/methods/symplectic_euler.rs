@@ -74,7 +74,7 @@ static LESSON: Lesson = Lesson {
     code: Excerpt::of(
         "src/step/symplectic.rs",
         "system.forces(state.level(), force); // f(x_n, v_n)",
-        "drift(h, &state.v, &mut state.x);",
+        "drift(system, h, &state.v, &mut state.x);",
     ),
     law: Law::OneStep(symplectic_euler),
     load: None,

@@ -80,7 +80,10 @@ static LESSON: Lesson = Lesson {
     docs: "drape-terzopoulos-fleischer",
     sources: drape_terzopoulos_fleischer::SOURCES,
     equation: Excerpt::docs("A v_{n+1} = b          A = M + h² K(x_n) + ½ h C", "(T3)"),
-    code: Excerpt::step("// A = M + h² K(x_n) + ½ h C, b =", "drift(h, &state.v, &mut state.x);"),
+    code: Excerpt::step(
+        "// A = M + h² K(x_n) + ½ h C, b =",
+        "drift(system, h, &state.v, &mut state.x);",
+    ),
     law: Law::OneStep(leapfrog),
     load: None,
     setting: Setting::oscillator(&["terzopoulos-fleischer", "leapfrog"])

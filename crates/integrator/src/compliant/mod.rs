@@ -10,7 +10,7 @@ mod colouring;
 pub use angles::CompliantAngles;
 pub use colouring::Colouring;
 
-use crate::{Change, ContactSet, History, MultistepMotion, kick};
+use crate::{Change, ContactSet, History, MultistepMotion, each_particle, kick};
 use drape_model::{Effect, Part, State, System, Vec3};
 use drape_solvers::Constraints;
 
@@ -107,9 +107,7 @@ impl PositionBased {
         history.mean(VELOCITY, &state.v, &[past, 1.0 - past], free);
         system.write_forces(explicit(system), state.level(), force);
         kick(system, tau, force, free); // v̂ = v* + τ M⁻¹ f_explicit(x_n, v_n), (X3)
-        for (way, free) in way.iter_mut().zip(&*free) {
-            *way = free * tau; // q = τ v̂, λ = 0, (X3)
-        }
+        each_particle(system, way, |i| free[i] * tau); // q = τ v̂, λ = 0, (X3)
         system.clear_pinned(way);
         for pin in system.moving_pins() {
             way[pin.particle] = pin.position(end) - base[pin.particle];
@@ -158,10 +156,9 @@ impl PositionBased {
     pub fn finish(&mut self, system: &System, state: &mut State, substep: Substep) {
         self.remember(system, state, substep);
         let Substep { end, tau, .. } = substep;
-        for i in 0..state.len() {
-            state.v[i] = self.way[i] / tau; // v_+ = q/τ, (X8)
-            state.x[i] = self.base[i] + self.way[i]; // x_+ = x* + q, (X8)
-        }
+        let Self { base, way, .. } = self;
+        each_particle(system, &mut state.v, |i| way[i] / tau); // v_+ = q/τ, (X8)
+        each_particle(system, &mut state.x, |i| base[i] + way[i]); // x_+ = x* + q, (X8)
         for pin in system.moving_pins() {
             state.x[pin.particle] = pin.position(end);
         }

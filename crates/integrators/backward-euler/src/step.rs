@@ -3,7 +3,7 @@
 use crate::settings::{BACKWARD_EULER, BackwardEulerSettings};
 use drape_integrator::{
     ContactSet, EnergyLedger, ImplicitStage, Method, Phase, PhaseClock, Predictor, PrepareError,
-    Registration, Rewind, Scheme, Stage, StepError, StepReport, Stepper, Taken,
+    Registration, Rewind, Scheme, Stage, StepError, StepReport, Stepper, Taken, each_particle,
 };
 use drape_model::{State, System, Vec3};
 use drape_solvers::Constraints;
@@ -65,8 +65,10 @@ impl Scheme for Workspace {
         stage.solve(system, input, start, contacts, constraints, how, clock, &mut report)?;
         clock.switch(Phase::Update);
         predictor.remember(&state.v, h);
-        state.v.copy_from_slice(stage.velocity());
-        state.x.copy_from_slice(stage.positions()); // x_{n+1} = x_n + h v_{n+1}, EEH (4)
+        let v = stage.velocity();
+        each_particle(system, &mut state.v, |i| v[i]);
+        let x = stage.positions();
+        each_particle(system, &mut state.x, |i| x[i]); // x_{n+1} = x_n + h v_{n+1}, EEH (4)
         contacts.settle(&mut state.v, |c| predictor.forget(c.particle, c.velocity));
         state.t += h;
         Ok(report)

@@ -81,7 +81,7 @@ impl Scheme for Workspace {
         // v_{n+1} = v_n + Δv + h M⁻¹ (F_corr + f_external), (D4)
         kick(system, h, viscous.external(), v);
         contacts.constrain(system, h, state, clock);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)
+        drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (D5)
         contacts.settle(h, state);
         if let Some(elongation) = elongation {
             let State { x, v, .. } = state;

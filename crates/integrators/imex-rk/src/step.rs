@@ -98,7 +98,7 @@ impl Scheme for Workspace {
                 report.force_evaluations += 1;
                 clock.switch(Phase::Solve);
                 self.solve(system, state, tau, &mut report); // (M + τ² L_k + τ L_d) v_i = b       (3)
-                drift(tau, &self.velocity, &mut self.position); // x_i = X* + τ v_i               (3)
+                drift(system, tau, &self.velocity, &mut self.position); // x_i = X* + τ v_i               (3)
             }
             clock.switch(Phase::Forces);
             let Self { stages, position: x, velocity: v, start, .. } = self;

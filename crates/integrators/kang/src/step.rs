@@ -75,7 +75,7 @@ impl Scheme for Workspace {
         // v_{n+1} = v_n + Δv + h M⁻¹ f_external, (K4)
         kick(system, h, viscous.external(), &mut contacts.free_velocity);
         contacts.constrain(system, h, state, clock);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (K5)
+        drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (K5)
         contacts.settle(h, state);
         Ok(report)
     }

@@ -76,7 +76,7 @@ impl Scheme for Workspace {
             self.pins.impose(&mut state.v);
             self.kick(0, system, half, state, &mut report); // h/2 by F_F and the damping, (I2)
             self.constrain(system, &mut state.v, clock);
-            drift(short, &state.v, &mut state.x); // x ← x + h v, (I2)
+            drift(system, short, &state.v, &mut state.x); // x ← x + h v, (I2)
             clock.switch(Phase::Forces);
             state.t += short;
             self.fast.evaluate(system, &state.x, &mut report);

@@ -50,7 +50,7 @@ impl Scheme for Workspace {
         contacts.free_velocity.copy_from_slice(&state.v);
         kick(system, h, force, &mut contacts.free_velocity); // v = v_n + h M⁻¹ f(x_n, v_n), (P1)
         contacts.constrain(system, h, state, clock);
-        drift(h, &state.v, &mut state.x); // x = x_n + h v, (P2)
+        drift(system, h, &state.v, &mut state.x); // x = x_n + h v, (P2)
         contacts.settle(h, state);
         clock.switch(Phase::Solve);
         let mut report = StepReport { force_evaluations: 1, ..StepReport::default() };

@@ -87,7 +87,7 @@ impl Scheme for Workspace {
         for _ in 0..report.substeps {
             self.kick(system, KICKS[0] * h, state, &mut report); // b₁, (N1)
             for (a, b) in DRIFTS.into_iter().zip(KICKS.into_iter().skip(1)) {
-                drift(a * h, &state.v, &mut state.x); // x ← x + a_i h v, (N2)
+                drift(system, a * h, &state.v, &mut state.x); // x ← x + a_i h v, (N2)
                 self.kept.evaluate(system, &state.x, &mut report);
                 self.kick(system, b * h, state, &mut report); // b_{i+1}, (N1)
             }
@@ -123,7 +123,7 @@ impl Workspace {
                     // w₁ = τ M⁻¹ (F(x) − D v), w_q = −τ/q M⁻¹ D w_{q−1}, (N4)
                     kick(system, tau / f64::from(q), damping, w);
                     system.clear_pinned(w);
-                    drift(1.0, w, &mut state.v); // v ← v + w_q, (N4)
+                    drift(system, 1.0, w, &mut state.v); // v ← v + w_q, (N4)
                     if q < TERMS {
                         write_damping_force(
                             system,

@@ -67,7 +67,7 @@ impl Scheme for Workspace {
             report.solve = SolveStatus::Indefinite;
         }
         contacts.constrain(system, h, state, clock);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (T3)
+        drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (T3)
         contacts.settle(h, state);
         Ok(report)
     }

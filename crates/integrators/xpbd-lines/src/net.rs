@@ -2,7 +2,7 @@
 
 use crate::chains::{Chains, Places, springs_of};
 use crate::cover::Graph;
-use drape_integrator::CompliantAngles;
+use drape_integrator::{CompliantAngles, change_each};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::bands::bands;
 
@@ -132,9 +132,12 @@ impl Net {
     ) {
         let Self { angles, chains, families, inverse_mass, pending, damped, before, .. } = self;
         if is_first {
-            way.iter_mut().zip(&*damped).for_each(|(way, damped)| *way += damped);
+            let damped = &*damped;
+            if !damped.is_empty() {
+                change_each(system, way, |i, way| *way += damped[i]);
+            }
         }
-        damped.fill(Vec3::zeros());
+        change_each(system, damped, |_, damped| *damped = Vec3::zeros());
         let bands = bands(system.threads(), system.len());
         let mut places = Places { base, way, inverse_mass, bands };
         for Family { chains: k, family, .. } in families.iter().filter(|family| family.is_damped) {
@@ -142,18 +145,18 @@ impl Net {
             chains[*k].brake(*family, &mut places, pending, damped); // (L3)
         }
         if is_first {
-            pending.fill(Vec3::zeros());
+            change_each(system, pending, |_, pending| *pending = Vec3::zeros());
         }
-        before.iter_mut().zip(&*places.way).for_each(|(before, way)| *before = *way);
+        let way = &*places.way;
+        change_each(system, before, |i, before| *before = way[i]);
         for list in angles {
             list.sweep(system, tau, (base, places.way), inverse_mass, is_first); // (L4)
         }
         for Family { chains: k, family, .. } in &*families {
             chains[*k].pull(*family, system, tau, &mut places, is_first); // (L5), (L6)
         }
-        for ((pending, before), way) in pending.iter_mut().zip(before).zip(&*places.way) {
-            *pending += way - *before;
-        }
+        let way = &*places.way;
+        change_each(system, pending, |i, pending| *pending += way[i] - before[i]);
     }
 
     /// Expects of springs and full damping what they did in the last substep, times a factor.

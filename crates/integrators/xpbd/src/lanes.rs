@@ -7,8 +7,8 @@
 //! as [`springs`](crate::springs) does: the differences of their ends become one register a
 //! coordinate, and their impulses one register per spring again.
 //!
-//! *By colours* the groups are the springs of a colour, one after the other. *As listed* a spring
-//! goes into the first group with room behind all groups of earlier springs of its particles. Each
+//! *By colours* the groups are the springs of a colour, one after the other, but for a large cloth
+//! region by region, so that threads share them ([`Turns`]). *As listed* a spring goes into the first group with room behind all groups of earlier springs of its particles. Each
 //! particle then still meets its springs in the order of the list, and that order alone decides
 //! the result. So both forms have the bits of the sweep that goes through the list spring by
 //! spring.
@@ -21,7 +21,7 @@
 use crate::springs::{COLLAPSED, Damping, Pass, Spring};
 use drape_integrator::Colouring;
 use drape_model::Vec3;
-use drape_solvers::bands::{Divisible, bands, in_bands};
+use drape_solvers::bands::{Divisible, LEAST_FOR_THREADS, in_items};
 use drape_solvers::lanes::{Four, Lanes, four_wide, vectorised};
 use std::ops::Range;
 
@@ -34,55 +34,141 @@ type Numbers = [f64; GROUP];
 /// No spring.
 const NONE: u32 = u32::MAX;
 
-/// Particles as registers: vectors of four numbers, the last one 0. Behind the last particle stands
-/// one at rest, which fills groups.
+/// Particles as registers: vectors of four numbers, the last one 0. They are cut into regions of
+/// consecutive particles. Behind each region stands a particle at rest, which fills groups.
 #[derive(Debug)]
 pub(crate) struct Quads {
     base: Vec<Lanes>,
     way: Vec<Lanes>,
     /// `1/m`, 0 where pinned.
     inverse_mass: Vec<f64>,
+    cut: Cut,
+    /// Parts of a sweep that threads share.
+    bands: usize,
+}
+
+/// How the particles are cut into regions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    pub(crate) particles: usize,
+    /// Particles of a region.
+    pub(crate) region: usize,
+}
+
+/// Fewest particles of a region, if there is more than one.
+const LEAST_OF_A_REGION: usize = 2048;
+/// Rows of a square grid that a region holds at least. A spring that spans two rows then seldom
+/// leads further than to the next region.
+const ROWS_OF_A_REGION: usize = 4;
+
+impl Cut {
+    /// The regions of so many particles; one if threads would not share them.
+    pub(crate) fn new(particles: usize) -> Self {
+        let region = match particles < LEAST_FOR_THREADS {
+            true => particles,
+            false => LEAST_OF_A_REGION.max(ROWS_OF_A_REGION * particles.isqrt()),
+        };
+        Self { particles, region: region.max(1) }
+    }
+
+    fn regions(self) -> usize {
+        self.particles.div_ceil(self.region).max(1)
+    }
+
+    fn places(self) -> usize {
+        self.particles + self.regions()
+    }
+
+    fn region_of(self, particle: u32) -> usize {
+        particle as usize / self.region
+    }
+
+    fn place_of(self, particle: u32) -> usize {
+        particle as usize + self.region_of(particle)
+    }
+
+    /// The places of some regions.
+    fn span(self, regions: Range<usize>) -> Range<usize> {
+        let place = |region: usize| (region * (self.region + 1)).min(self.places());
+        place(regions.start)..place(regions.end)
+    }
+}
+
+/// What the regions hold, one after the other.
+struct Regions<'a, T> {
+    items: &'a mut [T],
+    /// Items of a region.
+    each: usize,
+}
+
+impl<T: Send> Divisible for Regions<'_, T> {
+    fn split(self, regions: usize) -> (Self, Self) {
+        let Self { items, each } = self;
+        let (items, others) = items.split_at_mut((regions * each).min(items.len()));
+        (Self { items, each }, Self { items: others, each })
+    }
 }
 
 impl Quads {
-    pub(crate) fn new(particles: usize) -> Self {
-        let zeros = || vec![[0.0; 4]; particles + 1];
-        Self { base: zeros(), way: zeros(), inverse_mass: vec![0.0; particles + 1] }
+    pub(crate) fn new(cut: Cut) -> Self {
+        let zeros = || vec![[0.0; 4]; cut.places()];
+        let inverse_mass = vec![0.0; cut.places()];
+        Self { base: zeros(), way: zeros(), inverse_mass, cut, bands: 1 }
+    }
+
+    /// Sets into how many parts threads divide a sweep.
+    pub(crate) fn share(&mut self, bands: usize) {
+        self.bands = bands;
     }
 
     /// Takes the inverse masses, 1/kg.
     pub(crate) fn weigh(&mut self, inverse_mass: &[f64]) {
-        self.inverse_mass[..inverse_mass.len()].copy_from_slice(inverse_mass);
+        for (i, w) in (0..).zip(inverse_mass) {
+            self.inverse_mass[self.cut.place_of(i)] = *w;
+        }
     }
 
     /// Takes `x*` for the sweeps of a substep, m.
     pub(crate) fn start(&mut self, base: &[Vec3]) {
-        widen(base, &mut self.base);
+        widen((self.cut, self.bands), base, &mut self.base);
     }
 
     /// Takes the ways, m.
     pub(crate) fn read(&mut self, way: &[Vec3]) {
-        widen(way, &mut self.way);
+        widen((self.cut, self.bands), way, &mut self.way);
     }
 
     /// Hands the ways back, m.
     pub(crate) fn write(&self, way: &mut [Vec3]) {
-        for (way, quad) in way.iter_mut().zip(&self.way) {
-            *way = Vec3::new(quad[0], quad[1], quad[2]);
-        }
+        let Self { way: quads, cut, bands, .. } = self;
+        let part = Regions { items: way, each: cut.region };
+        in_items(*bands, cut.regions(), part, &|regions, way: Regions<'_, Vec3>| {
+            let quads = &quads[cut.span(regions)];
+            for (way, quads) in way.items.chunks_mut(cut.region).zip(quads.chunks(cut.region + 1)) {
+                for (way, quad) in way.iter_mut().zip(quads) {
+                    *way = Vec3::new(quad[0], quad[1], quad[2]);
+                }
+            }
+        });
     }
 }
 
-fn widen(from: &[Vec3], to: &mut [Lanes]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = [from.x, from.y, from.z, 0.0];
-    }
+fn widen((cut, bands): (Cut, usize), from: &[Vec3], to: &mut [Lanes]) {
+    let part = Regions { items: to, each: cut.region + 1 };
+    in_items(bands, cut.regions(), part, &|regions: Range<usize>, to: Regions<'_, Lanes>| {
+        let from = from[regions.start * cut.region..].chunks(cut.region);
+        for (to, from) in to.items.chunks_mut(cut.region + 1).zip(from) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = [from.x, from.y, from.z, 0.0];
+            }
+        }
+    });
 }
 
 /// Springs without a common particle.
 #[derive(Clone, Copy, Debug)]
 struct Group {
-    /// The particles at the first ends, then at the second ends.
+    /// The particles at the first ends, then at the second ends, counted from the first of the part.
     ends: [[u32; GROUP]; 2],
     /// Where its numbers are.
     row: u32,
@@ -104,27 +190,110 @@ struct Row {
 /// `Λ` of a group, by coordinates.
 type Brakes = [Numbers; 3];
 
-/// Multipliers of some groups.
+/// Consecutive groups, and the particles that they move.
+#[derive(Clone, Debug)]
+struct Part {
+    groups: Range<usize>,
+    /// Places of the particles. The last one is a particle at rest.
+    places: Range<usize>,
+}
+
+/// The groups in the order of a sweep, in turns. The parts of a turn move different particles, so
+/// that threads share them. Parts and their particles follow each other in memory.
+///
+/// A colour takes up to three turns. In the first one, a part holds the springs inside of two
+/// neighbouring regions: the first and the second, the third and the fourth, and so on. In the
+/// second turn the pairs begin one region later. The last turn has the springs that no pair holds.
+/// No two springs of a colour share a particle, so their order has no influence on the result.
+#[derive(Debug, Default)]
+struct Turns {
+    parts: Vec<Part>,
+    /// Parts of each turn.
+    turns: Vec<Range<usize>>,
+}
+
+/// The pair of regions that holds a spring, by the turn and the first region.
+type Pair = (u32, usize);
+
+impl Turns {
+    /// The pair of a spring.
+    fn pair(cut: Cut, spring: &Spring) -> Pair {
+        let [i, j] = spring.ends.map(|end| cut.region_of(end));
+        let (low, high) = (i.min(j), i.max(j));
+        match (low / 2 == high / 2, low + 1 == high) {
+            (true, _) => (0, low / 2 * 2),
+            (false, true) => (1, low),
+            (false, false) => (2, 0),
+        }
+    }
+
+    fn places(cut: Cut, (turn, first): Pair) -> Range<usize> {
+        if turn == 2 { 0..cut.places() } else { cut.span(first..first + 2) }
+    }
+
+    /// The springs of each colour by pairs of regions; `ends` are the places where colours end.
+    /// Also returns the groups.
+    fn by_colours(cut: Cut, list: &[Spring], ends: &[usize]) -> (Self, Vec<[u32; GROUP]>) {
+        let (mut turns, mut groups) = (Self::default(), Vec::new());
+        for range in Colouring::ranges(ends) {
+            let springs = range.map(|place| (Self::pair(cut, &list[place]), place as u32));
+            let mut springs: Vec<_> = springs.collect();
+            springs.sort_by_key(|(pair, _)| *pair); // keeps the order within a pair
+            for turn in springs.chunk_by(|a, b| a.0.0 == b.0.0) {
+                let first = turns.parts.len();
+                for part in turn.chunk_by(|a, b| a.0 == b.0) {
+                    let start = groups.len();
+                    groups.extend(part.chunks(GROUP).map(|springs| {
+                        std::array::from_fn(|k| springs.get(k).map_or(NONE, |spring| spring.1))
+                    }));
+                    let places = Self::places(cut, part[0].0);
+                    turns.parts.push(Part { groups: start..groups.len(), places });
+                }
+                turns.turns.push(first..turns.parts.len());
+            }
+        }
+        (turns, groups)
+    }
+
+    /// A single part.
+    fn one(cut: Cut, groups: usize) -> Self {
+        let part = Part { groups: 0..groups, places: 0..cut.places() };
+        Self { parts: vec![part], turns: vec![0..1] }
+    }
+}
+
+/// What a thread writes: ways and multipliers of some parts of a turn.
 #[derive(Debug)]
-struct Left<'a> {
+struct Share<'a> {
+    parts: &'a [Part],
+    /// Ways from the first place of the first part on.
+    way: &'a mut [Lanes],
+    /// Multipliers from its first group on.
     lambda: &'a mut [Numbers],
     /// Where damping is full, else empty.
     brake: &'a mut [Brakes],
 }
 
-impl Divisible for Left<'_> {
-    fn split(self, blocks: usize) -> (Self, Self) {
-        let (lambda, more) = self.lambda.split(blocks);
-        let (brake, rest) = match self.brake.is_empty() {
-            true => self.brake.split_at_mut(0),
-            false => self.brake.split(blocks),
-        };
-        (Left { lambda, brake }, Left { lambda: more, brake: rest })
+impl<'a> Share<'a> {
+    /// Splits off everything before a part.
+    fn before(self, part: usize) -> (Self, Self) {
+        let Self { parts, way, lambda, brake } = self;
+        let (first, next) = (&parts[0], &parts[part]);
+        let (before, after) = parts.split_at(part);
+        let (way, other_way) = way.split_at_mut(next.places.start - first.places.start);
+        let groups = next.groups.start - first.groups.start;
+        let (lambda, other_lambda) = lambda.split_at_mut(groups);
+        let (brake, other_brake) = brake.split_at_mut(groups.min(brake.len()));
+        let after = Self { parts: after, way: other_way, lambda: other_lambda, brake: other_brake };
+        (Self { parts: before, way, lambda, brake }, after)
     }
 }
 
-/// What a thread writes of a colour: multipliers, impulses.
-type Part<'a> = (Left<'a>, &'a mut [[Numbers; 3]]);
+impl Divisible for Share<'_> {
+    fn split(self, parts: usize) -> (Self, Self) {
+        self.before(parts)
+    }
+}
 
 /// The springs of an effect in groups.
 #[derive(Debug)]
@@ -137,10 +306,7 @@ pub(crate) struct Groups {
     lambda: Vec<Numbers>,
     /// `Λ`, kg m, where damping is full, else empty.
     brake: Vec<Brakes>,
-    /// Where colours end, in groups; empty where springs go as listed.
-    colours: Vec<usize>,
-    /// Impulses of one colour for several threads, kg m; else empty.
-    impulses: Vec<[Numbers; 3]>,
+    turns: Turns,
 }
 
 impl Groups {
@@ -149,37 +315,43 @@ impl Groups {
     /// `None` where so few springs are independent that groups would not gain anything.
     pub(crate) fn new(
         list: &[Spring],
-        particles: usize,
+        cut: Cut,
         damping: Damping,
         colours: Option<&[usize]>,
     ) -> Option<Self> {
-        let (places, colours) = match colours {
-            Some(ends) => by_colours(ends),
-            None => (as_listed(list, particles), Vec::new()),
+        let (turns, places) = match colours {
+            Some(ends) => Turns::by_colours(cut, list, ends),
+            None => {
+                let places = as_listed(list, cut.particles);
+                (Turns::one(cut, places.len()), places)
+            }
         };
-        if places.len() * GROUP > 4 * list.len() && colours.is_empty() {
+        if places.len() * GROUP > 4 * list.len() && colours.is_none() {
             return None;
         }
-        let longest =
-            colours.iter().scan(0, |start, &end| Some(end - std::mem::replace(start, end)));
-        let longest = longest.max().unwrap_or(0);
-        let end =
-            |place: u32, k: usize| list.get(place as usize).map_or(particles as u32, |s| s.ends[k]);
-        let group = |places: &[u32; GROUP]| Group {
-            ends: [0, 1].map(|k| places.map(|p| end(p, k))),
-            row: 0,
-        };
+        let mut groups = Vec::with_capacity(places.len());
+        for part in &turns.parts {
+            let rest = part.places.len() - 1;
+            let end = |place: u32, k: usize| {
+                let spring = list.get(place as usize);
+                let end = spring.map_or(rest, |s| cut.place_of(s.ends[k]) - part.places.start);
+                end as u32
+            };
+            groups.extend(places[part.groups.clone()].iter().map(|places| Group {
+                ends: [0, 1].map(|k| places.map(|place| end(place, k))),
+                row: 0,
+            }));
+        }
         Some(Self {
-            groups: places.iter().map(group).collect(),
+            groups,
             rows: Vec::with_capacity(places.len()),
             lambda: vec![[0.0; GROUP]; places.len()],
             brake: match damping {
                 Damping::Along => Vec::new(),
                 Damping::Full => vec![[[0.0; GROUP]; 3]; places.len()],
             },
-            impulses: vec![[[0.0; GROUP]; 3]; longest],
             places,
-            colours,
+            turns,
         })
     }
 
@@ -196,72 +368,47 @@ impl Groups {
     }
 
     /// Projects all springs once.
-    pub(crate) fn sweep(&mut self, quads: &mut Quads, pass: Pass, threads: usize) {
-        let Self { groups, rows, lambda, brake, colours, impulses, .. } = self;
-        let springs =
-            colours.iter().scan(0, |start, &end| Some(end - std::mem::replace(start, end)));
-        let most = springs.max().unwrap_or(0) * GROUP;
-        if bands(threads, most) == 1 {
-            let (rows, left) = (&rows[..], Left { lambda, brake });
-            return vectorised!(four_wide(), [four,
-                groups: &'k [Group] = groups,
-                rows: &'k [Row] = rows,
-                left: Left<'k> = left,
-                quads: &'k mut Quads = quads,
-                pass: Pass = pass,
-            ] -> () {
-                in_turn(four, groups, rows, left, quads, pass);
-            });
-        }
-        for range in Colouring::ranges(colours) {
-            let brake = if brake.is_empty() { &mut [][..] } else { &mut brake[range.clone()] };
-            let left = Left { lambda: &mut lambda[range.clone()], brake };
-            let groups = &groups[range];
-            let (rows, count) = (&rows[..], groups.len());
-            let impulses = &mut impulses[..count];
-            let read = &*quads;
-            let sweep = |band: Range<usize>, (left, impulses): Part<'_>| {
+    pub(crate) fn sweep(&mut self, quads: &mut Quads, pass: Pass) {
+        let Self { groups, rows, lambda, brake, turns, .. } = self;
+        let Quads { base, way, inverse_mass, bands, .. } = quads;
+        let (groups, rows) = (&groups[..], &rows[..]);
+        let (base, inverse_mass) = (&base[..], &inverse_mass[..]);
+        let sweep = |_: Range<usize>, mut share: Share<'_>| {
+            while !share.parts.is_empty() {
+                let part = &share.parts[0];
+                let places = part.places.clone();
                 vectorised!(four_wide(), [four,
-                    groups: &'k [Group] = &groups[band],
+                    groups: &'k [Group] = &groups[part.groups.clone()],
                     rows: &'k [Row] = rows,
-                    part: Part<'k> = (left, impulses),
-                    quads: &'k Quads = read,
+                    particles: Particles<'k> = Particles {
+                        base: &base[places.clone()],
+                        inverse_mass: &inverse_mass[places.clone()],
+                        way: &mut share.way[..places.len()],
+                    },
+                    lambda: &'k mut [Numbers] = &mut *share.lambda,
+                    brake: &'k mut [Brakes] = &mut *share.brake,
                     pass: Pass = pass,
                 ] -> () {
-                    at_once(four, groups, rows, part, quads, pass);
+                    in_turn(four, groups, rows, (lambda, brake), particles, pass);
                 });
-            };
-            let part = (left, &mut *impulses);
-            in_bands(bands(threads, count * GROUP), count, part, &sweep);
-            vectorised!(four_wide(), [four,
-                groups: &'k [Group] = groups,
-                impulses: &'k [[Numbers; 3]] = impulses,
-                quads: &'k mut Quads = quads,
-            ] -> () {
-                let Quads { way, inverse_mass, .. } = quads;
-                for (group, impulses) in groups.iter().zip(impulses) {
-                    for t in FOURS {
-                        let [x, y, z] = impulses;
-                        let impulse = [take(four, x, t), take(four, y, t), take(four, z, t)];
-                        push(four, group, t, impulse, way, inverse_mass);
-                    }
+                if share.parts.len() == 1 {
+                    break;
                 }
-            });
+                share = share.before(1).1;
+            }
+        };
+        for turn in &turns.turns {
+            let parts = &turns.parts[turn.clone()];
+            let (place, group) = (parts[0].places.start, parts[0].groups.start);
+            let share = Share {
+                parts,
+                way: &mut way[place..],
+                lambda: &mut lambda[group..],
+                brake: if brake.is_empty() { &mut [] } else { &mut brake[group..] },
+            };
+            in_items(*bands, parts.len(), share, &sweep);
         }
     }
-}
-
-/// The springs of each colour one after the other, and the groups at which the colours end.
-fn by_colours(ends: &[usize]) -> (Vec<[u32; GROUP]>, Vec<usize>) {
-    let (mut places, mut colours) = (Vec::new(), Vec::new());
-    for range in Colouring::ranges(ends) {
-        for start in range.clone().step_by(GROUP) {
-            let place = |k: usize| if start + k < range.end { (start + k) as u32 } else { NONE };
-            places.push(std::array::from_fn(place));
-        }
-        colours.push(places.len());
-    }
-    (places, colours)
 }
 
 /// Groups in which each particle meets its springs in the order of the list.
@@ -315,21 +462,26 @@ impl Row {
 /// Where the fours of a group begin.
 const FOURS: [usize; GROUP / 4] = [0, 4, 8, 12];
 
+/// Particles of a part.
+struct Particles<'a> {
+    base: &'a [Lanes],
+    inverse_mass: &'a [f64],
+    way: &'a mut [Lanes],
+}
+
 /// Projects group after group.
 #[inline(always)]
 fn in_turn<F: Four>(
     four: F,
     groups: &[Group],
     rows: &[Row],
-    left: Left<'_>,
-    quads: &mut Quads,
+    (lambda, brake): (&mut [Numbers], &mut [Brakes]),
+    Particles { base, inverse_mass, way }: Particles<'_>,
     pass: Pass,
 ) {
-    let Quads { base, way, inverse_mass } = quads;
     // One check of a particle's index serves all three.
     let n = way.len();
     let (base, inverse_mass) = (&base[..n], &inverse_mass[..n]);
-    let Left { lambda, brake } = left;
     let mut brake = brake.iter_mut();
     for (group, lambda) in groups.iter().zip(lambda) {
         let (row, mut brake) = (&rows[group.row as usize], brake.next());
@@ -337,32 +489,6 @@ fn in_turn<F: Four>(
             let seen = Seen::new(four, group, t, base, way);
             let impulse = seen.project(four, row, t, (lambda, brake.as_deref_mut()), pass);
             push(four, group, t, impulse, way, inverse_mass);
-        }
-    }
-}
-
-/// Computes the impulses of all groups from the same positions.
-#[inline(always)]
-fn at_once<F: Four>(
-    four: F,
-    groups: &[Group],
-    rows: &[Row],
-    (left, out): Part<'_>,
-    quads: &Quads,
-    pass: Pass,
-) {
-    let way = &quads.way[..];
-    let base = &quads.base[..way.len()];
-    let Left { lambda, brake } = left;
-    let mut brake = brake.iter_mut();
-    for ((group, lambda), out) in groups.iter().zip(lambda).zip(out) {
-        let (row, mut brake) = (&rows[group.row as usize], brake.next());
-        for t in FOURS {
-            let seen = Seen::new(four, group, t, base, way);
-            let impulse = seen.project(four, row, t, (lambda, brake.as_deref_mut()), pass);
-            keep(four, &mut out[0], t, impulse[0]);
-            keep(four, &mut out[1], t, impulse[1]);
-            keep(four, &mut out[2], t, impulse[2]);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The constraints of a system.
 
-use crate::lanes::Quads;
+use crate::lanes::{Cut, Quads};
 use crate::settings::Sweep;
 use crate::springs::{Pass, Places, Springs};
 use drape_integrator::CompliantAngles;
 use drape_model::{Revisions, System, Vec3};
+use drape_solvers::bands::bands;
 
 /// All springs and angles of a system, as constraints that yield.
 #[derive(Debug)]
@@ -24,11 +25,12 @@ impl Net {
     pub(crate) fn new(system: &System, sweep: Sweep) -> Self {
         let (n, is_coloured) = (system.len(), sweep == Sweep::Coloured);
         let effects = || system.effects().enumerate();
+        let cut = Cut::new(n);
         Self {
-            springs: effects().filter_map(|e| Springs::new(e, n, is_coloured)).collect(),
+            springs: effects().filter_map(|e| Springs::new(e, cut, is_coloured)).collect(),
             bends: effects().filter_map(|e| CompliantAngles::new(e, n, is_coloured)).collect(),
             inverse_mass: vec![0.0; n],
-            quads: Quads::new(n),
+            quads: Quads::new(cut),
             present: None,
         }
     }
@@ -59,6 +61,7 @@ impl Net {
     ) {
         let Self { springs, bends, inverse_mass, quads, .. } = self;
         if pass.is_first {
+            quads.share(bands(system.threads(), base.len()));
             quads.start(base);
         }
         let mut places = Places { base, way, inverse_mass, quads, is_wide: false };

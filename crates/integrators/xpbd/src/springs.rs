@@ -17,7 +17,7 @@
 //! `a = τ²T'(L)`: the secant of its present piece, which is a linear spring with the stiffness of
 //! the piece and the rest length at which the piece would have no tension.
 
-use crate::lanes::{Groups, Quads};
+use crate::lanes::{Cut, Groups, Quads};
 use drape_integrator::Colouring;
 use drape_model::{Effect, LinearSplit, System, Vec3};
 
@@ -108,14 +108,14 @@ impl Springs {
     /// The springs of an effect; `None` if it has none.
     pub(crate) fn new(
         (place, effect): (usize, &dyn Effect),
-        particles: usize,
+        cut: Cut,
         is_coloured: bool,
     ) -> Option<Self> {
         let split = effect.split()?;
         let mut ends = Vec::new();
         split.visit_weights(&mut |i, j, _, _| ends.push([i as u32, j as u32]));
         let colouring = match is_coloured {
-            true => Colouring::greedy(particles, &ends),
+            true => Colouring::greedy(cut.particles, &ends),
             false => Colouring::list(ends.len()),
         };
         let mut place_of = vec![0; ends.len()];
@@ -136,7 +136,7 @@ impl Springs {
         let list: Vec<_> = colouring.order.iter().map(spring).collect();
         let colours = is_coloured.then_some(&colouring.ends[..]);
         let damping = if is_full { Damping::Full } else { Damping::Along };
-        let groups = split.has_one_slope().then(|| Groups::new(&list, particles, damping, colours));
+        let groups = split.has_one_slope().then(|| Groups::new(&list, cut, damping, colours));
         Some(Self {
             effect: place,
             damping,
@@ -183,7 +183,7 @@ impl Springs {
     #[doc(alias = "Gauss-Seidel")]
     pub(crate) fn sweep(&mut self, system: &System, tau: f64, places: &mut Places<'_>, pass: Pass) {
         if let Some(groups) = &mut self.groups {
-            return groups.sweep(places.widen(), pass, system.threads());
+            return groups.sweep(places.widen(), pass);
         }
         self.reference(system, tau, places, pass);
     }
@@ -316,11 +316,15 @@ mod tests {
     use drape_model::DampingLaw;
     use drape_oracle::Random;
     use drape_oracle::scenes::{Sheet, build, stir, uneven};
-    use std::num::NonZero;
 
-    /// Three sweeps over all springs of a system, in groups or spring by spring; the first effect
-    /// in groups if there are any.
-    fn swept(system: &System, is_coloured: bool, in_groups: bool) -> (Vec<Vec3>, usize) {
+    /// Three sweeps over all springs of a system in so many bands, or spring by spring. Also
+    /// returns how many effects are swept in groups.
+    fn swept(
+        system: &System,
+        is_coloured: bool,
+        region: usize,
+        bands: Option<usize>,
+    ) -> (Vec<Vec3>, usize) {
         let mut random = Random::new(7);
         let n = system.len();
         let mut vectors = || -> Vec<Vec3> { (0..n).map(|_| random.vector()).collect() };
@@ -329,12 +333,14 @@ mod tests {
         let inverse_mass: Vec<f64> = (system.mass().iter().zip(system.pinned()))
             .map(|(m, pinned)| if *pinned { 0.0 } else { 1.0 / m })
             .collect();
-        let mut quads = Quads::new(n);
+        let cut = Cut { particles: n, region };
+        let mut quads = Quads::new(cut);
+        quads.share(bands.unwrap_or(1));
         quads.weigh(&inverse_mass);
         quads.start(&base);
         let (tau, mut grouped) = (0.01, 0);
         let effects = system.effects().enumerate();
-        let mut all: Vec<_> = effects.filter_map(|e| Springs::new(e, n, is_coloured)).collect();
+        let mut all: Vec<_> = effects.filter_map(|e| Springs::new(e, cut, is_coloured)).collect();
         for springs in &mut all {
             springs.refresh(system, &inverse_mass, tau);
             grouped += usize::from(springs.groups.is_some());
@@ -345,9 +351,9 @@ mod tests {
             let mut places =
                 Places { base: &base, way: &mut way, inverse_mass, quads, is_wide: false };
             for springs in &mut all {
-                match in_groups {
-                    true => springs.sweep(system, tau, &mut places, pass),
-                    false => springs.reference(system, tau, &mut places, pass),
+                match bands {
+                    Some(_) => springs.sweep(system, tau, &mut places, pass),
+                    None => springs.reference(system, tau, &mut places, pass),
                 }
             }
             places.narrow();
@@ -370,16 +376,20 @@ mod tests {
         systems
     }
 
+    /// Regions of a few particles, so that a spring lies within a pair of either kind or within
+    /// none, and of more than all.
     #[test]
     fn groups_give_the_bits_of_the_sweep_spring_by_spring() {
         for law in [DampingLaw::Full, DampingLaw::Projected] {
-            for (place, system) in systems(law).iter_mut().enumerate() {
-                for (is_coloured, threads) in [(false, 1), (true, 1), (true, 3)] {
-                    system.set_threads(NonZero::new(threads).unwrap_or(NonZero::<usize>::MIN));
-                    let (expected, _) = swept(system, is_coloured, false);
-                    let (found, grouped) = swept(system, is_coloured, true);
-                    assert!(place < 2 || grouped > 0, "system {place} is swept in groups");
-                    assert!(found == expected, "{law:?}, system {place}, {is_coloured}, {threads}");
+            for (place, system) in systems(law).iter().enumerate() {
+                for is_coloured in [false, true] {
+                    let (expected, _) = swept(system, is_coloured, 9999, None);
+                    for (region, bands) in [(9999, 1), (9999, 3), (45, 1), (45, 3), (7, 9)] {
+                        let (found, grouped) = swept(system, is_coloured, region, Some(bands));
+                        assert!(place < 2 || grouped > 0, "system {place} is swept in groups");
+                        let case = format!("system {place}, {is_coloured}, {region}, {bands}");
+                        assert!(found == expected, "{law:?}, {case}");
+                    }
                 }
             }
         }

@@ -49,7 +49,7 @@ impl Scheme for ExplicitWorkspace {
         free_velocity.copy_from_slice(&state.v);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
         clock.switch(Phase::Update);
-        drift(h, velocity, &mut state.x); // x_{n+1} = x_n + h v_n, EEH (2)
+        drift(system, h, velocity, &mut state.x); // x_{n+1} = x_n + h v_n, EEH (2)
         state.v.copy_from_slice(velocity);
         contacts.settle(&mut state.v, |_| ());
         kick(system, h, force, &mut state.v); // v_{n+1} = v_n + h M⁻¹ f(x_n, v_n), EEH (2)

@@ -4,7 +4,7 @@ use crate::settings::{LEAPFROG, LeapfrogDamping, LeapfrogSettings};
 use crate::workspace::{Damping, LeapfrogWorkspace};
 use drape_integrator::{
     EnergyLedger, Method, MultistepMotion, Phase, PhaseClock, PrepareError, Registration, Scheme,
-    SolverKind, StepError, StepReport, Stepper, Taken, drift, kick, lead_pins,
+    SolverKind, StepError, StepReport, Stepper, Taken, drift, each_particle, kick, lead_pins,
 };
 use drape_model::{Level, Part, State, System, Vec3};
 use drape_solvers::Filter;
@@ -47,7 +47,7 @@ impl Scheme for LeapfrogWorkspace {
             state.t = start + f64::from(substep) * h;
             self.find_contacts(system, state, h, clock);
             clock.switch(Phase::Forces);
-            self.old_velocity.copy_from_slice(&state.v);
+            each_particle(system, &mut self.old_velocity, |i| state.v[i]);
             if let Some([early, _]) = &mut self.explicit {
                 early.kick(system, half, self.kept.force(), state, &self.pins, &mut report); // (L4)
             } else {
@@ -58,7 +58,7 @@ impl Scheme for LeapfrogWorkspace {
                 kick(system, half, &damping.force, &mut state.v); // … − D(x_n) v_n), (L1)
             }
             self.constrain(system, &mut state.v, clock);
-            drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v½, (L2)
+            drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v½, (L2)
             clock.switch(Phase::Forces);
             self.kept.evaluate(system, &state.x, &mut report); // F(x_{n+1})
             state.t += h;
@@ -66,9 +66,9 @@ impl Scheme for LeapfrogWorkspace {
             if let Some(Damping { solver, force: r, right_hand_side: b }) = &mut self.damping {
                 clock.switch(Phase::Solve);
                 let momentum = &mut self.free_velocity;
-                for i in 0..v.len() {
-                    momentum[i] = v[i] * mass[i] + self.kept.force()[i] * half; // M v½ + h/2 F(x_{n+1})
-                }
+                let force = self.kept.force();
+                // M v½ + h/2 F(x_{n+1})
+                each_particle(system, momentum, |i| v[i] * mass[i] + force[i] * half);
                 v.copy_from_slice(&self.old_velocity);
                 let mut has_remainder = false;
                 for is_prediction in [true, false] {
@@ -77,9 +77,8 @@ impl Scheme for LeapfrogWorkspace {
                     if !has_remainder && !is_prediction {
                         break; // the first solve was exact
                     }
-                    for i in 0..v.len() {
-                        b[i] = momentum[i] + r[i] * half; // … + h/2 R(x_{n+1}, v_{n+1})
-                    }
+                    // … + h/2 R(x_{n+1}, v_{n+1})
+                    each_particle(system, b, |i| momentum[i] + r[i] * half);
                     // (M + h/2 L_c) v_{n+1} = b, (L3)
                     report.add_stage(solver.solve(&self.pins, b, v));
                 }
@@ -139,7 +138,11 @@ impl LeapfrogWorkspace {
     fn constrain(&mut self, system: &System, v: &mut [Vec3], clock: &mut PhaseClock) {
         clock.switch(Phase::Contact);
         let Self { free_velocity, impulse, contacts, constraints, .. } = self;
-        free_velocity.copy_from_slice(v);
+        if system.obstacles().is_empty() {
+            constraints.impose(v);
+            return clock.switch(Phase::Update);
+        }
+        each_particle(system, free_velocity, |i| v[i]);
         contacts.project(system, constraints, free_velocity, v, impulse);
         clock.switch(Phase::Update);
     }

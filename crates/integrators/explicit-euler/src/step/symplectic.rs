@@ -83,7 +83,7 @@ impl Scheme for SymplecticWorkspace {
         }
         clock.switch(Phase::Update);
         state.v.copy_from_slice(velocity);
-        drift(h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (S2)
+        drift(system, h, &state.v, &mut state.x); // x_{n+1} = x_n + h v_{n+1}, (S2)
         contacts.settle(&mut state.v, |_| ());
         state.t += h;
         Ok(report)

@@ -123,7 +123,7 @@ impl Scheme for Workspace {
                 });
                 Ok::<(), StepError>(())
             })?;
-            drift(tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}, EEH (8)
+            drift(system, tau, v, &mut self.position); // x_{n+1} = X* + τ v_{n+1}, EEH (8)
         } else {
             self.start(system, state, h, clock, &mut report)?; // backward Euler, EEH (3)
         }

@@ -56,9 +56,9 @@ impl Scheme for AdamsWorkspace {
             // Heun's method, (H), needs no past.
             let (x, v) = predicted;
             x.copy_from_slice(&state.x);
-            drift(h, &state.v, x); // x̃ = x_n + h v_n
+            drift(system, h, &state.v, x); // x̃ = x_n + h v_n
             v.copy_from_slice(&state.v);
-            drift(h, a, v); // ṽ = v_n + h a_n
+            drift(system, h, a, v); // ṽ = v_n + h a_n
             accelerations(system, Level { t: state.t + h, x, v }, mean); // ã = M⁻¹ f(x̃, ṽ)
             for i in 0..state.len() {
                 mean[i] = (mean[i] + a[i]) * 0.5; // ½ (a_n + ã)
@@ -76,11 +76,11 @@ impl Scheme for AdamsWorkspace {
         clock.switch(Phase::Contact);
         self.meet_obstacles(system, state, h);
         clock.switch(Phase::Update);
-        drift(h, &self.velocity, &mut state.x); // x_{n+1} = x_n + h v_n …
-        drift(h, &self.lead, &mut state.x); // … + h (Σ β_j v_{n−j} − v_n), EEH (2)
+        drift(system, h, &self.velocity, &mut state.x); // x_{n+1} = x_n + h v_n …
+        drift(system, h, &self.lead, &mut state.x); // … + h (Σ β_j v_{n−j} − v_n), EEH (2)
         self.remember(h);
         state.v.copy_from_slice(&self.velocity);
-        drift(h, &self.mean_acceleration, &mut state.v); // v_{n+1} = v_n + h Σ β_j a_{n−j}, EEH (2)
+        drift(system, h, &self.mean_acceleration, &mut state.v); // v_{n+1} = v_n + h Σ β_j a_{n−j}, EEH (2)
         self.contacts.stop(&mut state.v);
         state.t += h;
         Ok(report)
@@ -104,7 +104,7 @@ impl AdamsWorkspace {
         let Self { contacts, constraints, free_velocity, velocity, impulse, .. } = self;
         contacts.detect(system, &state.x, &state.v, (h, state.t + h), constraints);
         free_velocity.copy_from_slice(&state.v);
-        drift(h, &self.mean_acceleration, free_velocity);
+        drift(system, h, &self.mean_acceleration, free_velocity);
         contacts.hold_gaps(system, &state.v, |i| free_velocity[i], constraints);
         contacts.project(system, constraints, free_velocity, velocity, impulse);
         contacts.strike(system, constraints, &state.v, velocity);

@@ -159,15 +159,16 @@ impl Divisible for Part<'_> {
 }
 
 impl Part<'_> {
-    /// Calls `work` with each group, its new ways, and those by damping.
-    fn each(self, mut work: impl FnMut(Group<'_>, &mut [[Four; 3]], &mut [[Four; 3]])) {
+    /// Calls `work` with each group, its new ways, and those by damping. All groups use the same
+    /// scratch, so that it stays in a near cache.
+    fn each(mut self, mut work: impl FnMut(Group<'_>, &mut [[Four; 3]], &mut [[Four; 3]])) {
+        let (rows, solved) = (std::mem::take(&mut self.rows), std::mem::take(&mut self.solved));
         let mut rest = self;
         while !rest.groups.is_empty() {
             let (first, others) = rest.split(1);
-            let Part { links, multipliers, brakes, rows, ways, damped, solved, .. } = first;
-            let rows = &mut rows[..links.len()];
-            let group = Group { joints: first.joints, links, multipliers, brakes, rows, solved };
-            work(group, ways, damped);
+            let Part { joints, links, multipliers, brakes, ways, damped, .. } = first;
+            let (rows, solved) = (&mut rows[..links.len()], &mut *solved);
+            work(Group { joints, links, multipliers, brakes, rows, solved }, ways, damped);
             rest = others;
         }
     }

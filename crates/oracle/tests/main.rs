@@ -1,0 +1,6 @@
+//! Tests of the public interface.
+
+mod air;
+mod cantilever;
+mod drape;
+mod stencils;
