@@ -202,14 +202,14 @@ pub(super) fn method() -> String {
     let (sides, steps): (Vec<_>, Vec<_>) =
         SIZES.iter().map(|(side, steps)| (side.to_string(), steps.to_string())).unzip();
     format!(
-        "A sheet of 1 m × 1 m with tension springs, shear springs of a quarter of their stiffness \
-         and two pinned corners starts with a wave of 0.01 m in and out of its plane, so that \
-         springs pull everywhere, and falls. One series has k/m = {STIFFNESS:e}/s² and d/m = \
-         {DAMPING}/s on every mesh, which makes a finer sheet a softer cloth. The other has \
-         the same material on every mesh: k/m and d/m grow with the number of particles, as from \
-         20 × 20. h = {STEP} s; explicit methods halve it until it is within their limit. Sheets \
-         with sides of {} particles take {} steps from the start. Every method is run, but not on \
-         meshes on which a step takes seconds.",
+        "A sheet of 1 m × 1 m has tension springs, shear springs of a quarter of their stiffness \
+        and two pinned corners. It starts with a wave of 0.01 m in and out of its plane, so that \
+        springs pull everywhere, and falls. One series has k/m = {STIFFNESS:e}/s² and d/m = \
+        {DAMPING}/s on every mesh, so a finer sheet is a softer cloth. The other series has the \
+        same material on every mesh: k/m and d/m grow with the number of particles and equal the \
+        first series at 20 × 20. The step is h = {STEP} s; explicit methods halve it until it is \
+        within their limit. Sheets with sides of {} particles take {} steps from the start. Every \
+        method runs, except on meshes on which a step takes seconds.",
         sides.join(", "),
         steps.join(", "),
     )
