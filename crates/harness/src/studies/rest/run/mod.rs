@@ -69,10 +69,10 @@ pub(super) fn method() -> String {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One run at a time on one thread, from the start until the cloth has arrived; the median of \
-         {REPETITIONS} repetitions, of one for runs beyond {LONG_S} s. It is the time of the processor \
-         in the calls of the method, where the system tells it, else that of the clock. Only runs that arrive \
-         in a right shape are timed. Set-up is not among the calls."
+        "One run at a time on one thread, from the start until the cloth has arrived. The median \
+         of {REPETITIONS} repetitions counts; a run beyond {LONG_S} s is timed once. The time is \
+         the processor time in the calls of the method if the system reports it, else the wall \
+         time. Only runs that arrive in a right shape are timed. The time excludes set-up."
     )
 }
 
