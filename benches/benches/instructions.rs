@@ -1,12 +1,12 @@
 //! Counts the instructions of the hot kernels with Callgrind. A noisy machine does not change them.
 //!
 //! Each kernel runs once under `valgrind --tool=callgrind`, which counts only inside [`measured`].
-//! The bench compares the counts with `instructions.json` beside this crate's manifest. A count that
-//! is higher by more than [`TOLERANCE`] is a regression, and the bench fails. After an intended
-//! change, `cargo bench -p drape-benches --bench instructions -- --save` writes the counts anew. The
-//! bench shows counts of another compiler, but does not judge them. Valgrind offers the program at
-//! most AVX2, so kernels for wider vectors are counted in their AVX2 form. Without valgrind the bench
-//! says so and passes.
+//! The bench compares the counts with `instructions.json` beside this crate's manifest. A count
+//! that is higher by more than [`TOLERANCE`] is a regression, and the bench fails. After an
+//! intended change, `cargo bench -p drape-benches --bench instructions -- --save` writes the counts
+//! anew. The bench shows counts of another compiler, but does not judge them. Valgrind offers the
+//! program at most AVX2, so kernels for wider vectors are counted in their AVX2 form. Without
+//! valgrind the bench says so and passes.
 
 use drape_benches::{Mesh, Prepared};
 use drape_harness::{Source, provenance};

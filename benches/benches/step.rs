@@ -1,5 +1,5 @@
-//! One step of each method on the bundled scenes, and one step of IMEX Euler and of single sweeps on
-//! sheets of several sizes. This is the time for which a user waits.
+//! One step of each method on the bundled scenes, and one step of IMEX Euler and of single sweeps
+//! on sheets of several sizes. This is the time for which a user waits.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 

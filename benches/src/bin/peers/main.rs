@@ -23,9 +23,9 @@
 //! | final height of the middle particle, m | after `xmid` | after `xmid` |
 //! | final height of the lowest particle, m | after `ymin` | after `ymin` |
 //!
-//! The solvers of `eigen_imex` are `cgicn` and `cgjac` (conjugate gradients with incomplete Cholesky
-//! in natural order, or with the diagonal) and `cholamd` (CHOLMOD, factor kept). Those of `eigen_bw`
-//! are `jac`, `ic` and `llt`.
+//! The solvers of `eigen_imex` are `cgicn` and `cgjac` (conjugate gradients with incomplete
+//! Cholesky in natural order, or with the diagonal) and `cholamd` (CHOLMOD, factor kept). Those of
+//! `eigen_bw` are `jac`, `ic` and `llt`.
 //!
 //! Every program runs as its own process on one core and one thread. The programs take turns, and
 //! every other round reverses their order, so both sides of a ratio see the same machine. A ratio

@@ -16,7 +16,8 @@ pub(crate) struct Plan {
     pub(crate) goal: Option<Goal>,
 }
 
-/// Goals for the ratio to [`YARDSTICK`]: the least ratio on each mesh, and a higher aim on the grid.
+/// Goals for the ratio to [`YARDSTICK`]: the least ratio on each mesh, and a higher aim on the
+/// grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
     pub(crate) grid: f64,
