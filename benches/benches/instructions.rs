@@ -1,12 +1,12 @@
-//! Instructions of the hot kernels, counted by Callgrind: what a noisy machine cannot blur.
+//! Counts the instructions of the hot kernels with Callgrind. A noisy machine does not change them.
 //!
-//! Each kernel runs once under `valgrind --tool=callgrind`, which counts inside [`measured`] alone.
-//! The counts are compared with those in `instructions.json` beside this crate's manifest: more
-//! than [`TOLERANCE`] above is a regression and ends with a failure. After a change that is meant,
-//! `cargo bench -p drape-benches --bench instructions -- --save` writes them anew. Counts of
-//! another compiler are shown and not judged. Valgrind offers the program AVX2 at most, so that
-//! kernels for wider vectors are counted in their AVX2 form. Without valgrind there is nothing to
-//! count, which is said and no failure.
+//! Each kernel runs once under `valgrind --tool=callgrind`, which counts only inside [`measured`].
+//! The bench compares the counts with `instructions.json` beside this crate's manifest. A count
+//! that is higher by more than [`TOLERANCE`] is a regression, and the bench fails. After an
+//! intended change, `cargo bench -p drape-benches --bench instructions -- --save` writes the counts
+//! anew. The bench shows counts of another compiler, but does not judge them. Valgrind offers the
+//! program at most AVX2, so kernels for wider vectors are counted in their AVX2 form. Without
+//! valgrind the bench says so and passes.
 
 use drape_benches::{Mesh, Prepared};
 use drape_harness::{Source, provenance};
@@ -61,7 +61,7 @@ fn name((method, mesh): (&str, Mesh)) -> String {
     format!("{method}, {}", mesh.name())
 }
 
-/// What is counted: forces once, or a few steps.
+/// The counted work: forces once, or a few steps.
 #[inline(never)]
 fn measured(kernel: &str, prepared: &mut Prepared, out: &mut [Vec3]) {
     if kernel == "forces" {

@@ -1,4 +1,4 @@
-//! What comes before the first step: the system from its specification, and `prepare`.
+//! Times the work before the first step: building the system from its specification, and `prepare`.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 

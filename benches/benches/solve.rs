@@ -1,6 +1,6 @@
-//! One linear solve of a fixed number of iterations on the mesh of a square sheet, by each kind of
-//! kernels; and what 3×3 blocks are solved with: one product, one update and one application of
-//! each.
+//! One linear solve with a fixed number of iterations on the mesh of a square sheet, by each kind
+//! of kernel. Also the parts of a solve with 3×3 blocks: one product, one update and one
+//! application of each preconditioner.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 

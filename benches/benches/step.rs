@@ -1,5 +1,5 @@
-//! One step of each method on the bundled scenes, and of IMEX Euler and of single sweeps on sheets
-//! of several sizes: what a user waits for.
+//! One step of each method on the bundled scenes, and one step of IMEX Euler and of single sweeps
+//! on sheets of several sizes. This is the time for which a user waits.
 
 #![allow(missing_docs, reason = "the macro that collects the benches makes undocumented items")]
 
@@ -25,11 +25,11 @@ const SOLVERS: [&str; 5] = [
     "vbd:sweeps=1",
 ];
 
-/// A run is begun anew after this many steps, so that what is timed is a falling sheet and not one
-/// at rest.
+/// A run starts again after this many steps, so that the bench times a falling sheet and not one at
+/// rest.
 const STEPS_A_RUN: u64 = 50;
 
-/// Time of so many steps, each run begun by `start`.
+/// Time of this many steps; `start` begins each run.
 fn run(steps: u64, start: impl Fn() -> Prepared) -> Duration {
     let mut time = Duration::ZERO;
     let mut left = steps;

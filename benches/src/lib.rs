@@ -1,5 +1,5 @@
-//! What the benches share: bundled scenes, ready to be stepped, and the hanging sheet of the
-//! comparisons of cost.
+//! Shared parts of the benches: prepared runs of bundled scenes, and the hanging sheet of the cost
+//! comparisons.
 
 mod machine;
 mod sheet;
@@ -16,7 +16,8 @@ use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::path::Path;
 
-/// Where a measurement that begins now comes from: a bench is built and run in one go.
+/// Provenance of a measurement that begins now. A bench is built and run at once, so the source
+/// tree is what the program was built from.
 pub fn provenance() -> Provenance {
     let source = Source::of_folder(Path::new(env!("CARGO_MANIFEST_DIR")));
     drape_harness::provenance(&source, BTreeMap::new())
@@ -43,8 +44,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Loads a bundled scene, prepares a method and takes `warm_up` steps, so that what is measured
-    /// is a step in the middle of the motion and not the first one from rest.
+    /// Loads a bundled scene, prepares a method and takes `warm_up` steps. So the bench measures a
+    /// step in the middle of the motion, not the first one from rest.
     ///
     /// # Panics
     /// When the scene or the method does not exist, which only an edit of the benches can cause.
@@ -65,8 +66,7 @@ impl Prepared {
         Self::with_threads(side, mesh, method, warm_up, NonZero::<usize>::MIN)
     }
 
-    /// As [`on_sheet`](Self::on_sheet), for so many threads of the pool that the steps will be
-    /// called on.
+    /// As [`on_sheet`](Self::on_sheet), for steps in a pool of that many threads.
     ///
     /// # Panics
     /// As [`new`](Self::new).

@@ -1,4 +1,4 @@
-//! What the processor and its caches can do, measured.
+//! Measured speeds of the processor and its caches.
 
 use pulp::{Arch, Simd, WithSimd};
 use std::hint::black_box;
@@ -19,8 +19,8 @@ pub struct Machine {
 const LENGTH: usize = 20_480;
 /// Numbers that the first-level cache holds.
 const SHORT: usize = 1024;
-/// Numbers that are multiplied and added to side by side: more registers than the latency of both
-/// needs.
+/// Numbers that are multiplied and added side by side. They fill more registers than are needed to
+/// hide the latency of both operations.
 const CHAINS: usize = 12;
 /// Repetitions within a sample.
 const PASSES: usize = 200;

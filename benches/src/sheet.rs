@@ -11,7 +11,7 @@ use drape_oracle::Random;
 pub enum Mesh {
     /// Row by row, as a grid scene has them.
     Grid,
-    /// The same cloth with particles and springs in random order: nothing tells that it was a grid.
+    /// The same cloth with particles and springs in random order, so that nothing shows the grid.
     General,
 }
 
@@ -28,7 +28,7 @@ impl Mesh {
     }
 }
 
-/// A frozen sheet, and where its middle particle stands.
+/// A frozen sheet and the index of its middle particle.
 #[derive(Clone, Debug)]
 pub struct HangingSheet {
     /// The system.
@@ -39,7 +39,7 @@ pub struct HangingSheet {
 
 /// Time step of all comparisons, s.
 pub const STEP_S: f64 = 0.01;
-/// Of the random orders.
+/// Seed of the random orders.
 const SEED: u64 = 20;
 /// Damping over mass of the tension springs, 1/s.
 const DAMPING: f64 = 40.0;

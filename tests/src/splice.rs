@@ -12,7 +12,7 @@ use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
 use drape_report::number::median;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -110,6 +110,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("ties", format!("{ties} of {}", decided.len())),
         ("winners", winner_table(&motions)),
         ("forms", form_table(&motions)),
+        ("form-counts", form_counts(results)?),
         ("imex-euler-kept", kept("imex-euler")?),
         ("imex-updated-kept", kept("imex-updated")?),
         ("time-to-1-percent", times(&timings)),
@@ -244,9 +245,9 @@ fn power(value: f64) -> String {
     format!("10{}", digits.chars().map(raised).collect::<String>())
 }
 
-/// Least time of each method to an error of 1 % at k/m = 10⁶ s⁻², the fastest first.
+/// Least measured time of each form to an error of 1 % at k/m = 10⁶ s⁻², the fastest first.
 fn times(timings: &[TimingRow]) -> String {
-    let mut text = "\n\n| damping | method | time (ms) |\n|---|---|---|\n".to_owned();
+    let mut text = "\n\n| damping | form | time (ms) |\n|---|---|---|\n".to_owned();
     for damping in ["light", "heavy"] {
         let scene = format!("hanging {damping} 1e6 n=400");
         let mut best: BTreeMap<&str, f64> = BTreeMap::new();
@@ -295,6 +296,43 @@ fn method_table() -> String {
         let _ = writeln!(text, "| `{id}` | {name} | {source} | {order} | {theory} |");
     }
     text + "\n"
+}
+
+/// The studies that compare all methods, with the list of their runs.
+const COMPARING: [(&str, &str); 12] = [
+    ("order", "rows"),
+    ("momentum", "rows"),
+    ("stability", "cells"),
+    ("locking", "runs"),
+    ("energy", "rows"),
+    ("hard-cases", "cells"),
+    ("effects", "cells"),
+    ("work-precision", "rows"),
+    ("trajectory", "rows"),
+    ("animation", "runs"),
+    ("rest", "runs"),
+    ("scaling", "cells"),
+];
+
+/// How many methods and forms each of these studies runs.
+fn form_counts(results: &Path) -> Result<String, String> {
+    let mut text = "\n\n| study | methods | forms |\n|---|---|---|\n".to_owned();
+    for (study, list) in COMPARING {
+        let runs = rows(results, study, &format!("/facts/{list}"))?;
+        let (mut ids, mut forms) = (BTreeSet::new(), BTreeSet::new());
+        for run in &runs {
+            let method = run["method"].as_str().unwrap_or_default();
+            let id = method.split([':', ' ']).next().unwrap_or_default();
+            // `dop853` is not a method of drape.
+            if methods::all().any(|known| known.id == id) {
+                ids.insert(id);
+                forms.insert(run["label"].as_str().unwrap_or(method));
+            }
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| `{study}` | {} | {} |", ids.len(), forms.len());
+    }
+    Ok(text + "\n")
 }
 
 /// The processor of the records of the engine.

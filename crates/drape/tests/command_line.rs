@@ -851,7 +851,7 @@ fn memory_is_estimated_before_it_is_taken_and_refused_above_the_limit() {
     assert!(refused == 2 && said.contains("1073741824 bytes of text take"), "{said}");
     // A method that factors its matrix takes many times as much.
     let (refused, said) = limited(&run("backward-euler:solver=cholesky"), "large.json", "150");
-    assert!(refused == 2 && said.contains("take by estimate with backward-euler"), "{said}");
+    assert!(refused == 2 && said.contains("springs with backward-euler"), "{said}");
     let (done, said) = limited(&run("imex-euler"), "large.json", "150");
     assert!(done == 0 && said.contains("large.json: 22500 particles"), "{said}");
     let (done, said) = limited(&run("backward-euler:solver=cholesky"), "large.json", "1000");

@@ -61,10 +61,10 @@ pub enum HarnessError {
         folder: PathBuf,
     },
     /// Missing cells belong to other shards, so this process may not compute them.
-    #[error("cells are missing that belong to other shards; `drape merge` joins shards")]
+    #[error("the missing cells belong to other shards; join the shards with `drape merge`")]
     Elsewhere,
     /// The time of a long study ended within a run.
-    #[error("the time that --minutes gives is over")]
+    #[error("the time limit of --minutes is over")]
     Late,
     /// A folder that is to be merged holds no fitting part.
     #[error("{}: {found}; expected {expected}", path.display())]

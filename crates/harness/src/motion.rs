@@ -22,7 +22,7 @@ use drape_integrator::Implicit;
 use drape_model::{Effect, GravitySpec, Part, SpringEffect, State, System, TimeSpan, Vec3};
 use drape_oracle::scenes::{particles, pin, spring};
 
-/// Less than this share of the motion counts as locked, as in the study `locking`.
+/// Less than this share of the motion counts as locked, in every study and command.
 pub const LOCKED: f64 = 0.5;
 /// Most visits of a spring that the two linear systems may take.
 const WORK: f64 = 1e7;

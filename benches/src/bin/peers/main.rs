@@ -1,29 +1,36 @@
-//! Drape beside programs outside it, on the same steps of the same sheet.
+//! Times drape and other programs on the same steps of the same sheet.
 //!
 //! ```text
 //! DRAPE_PEERS=<folder> cargo run --release -p drape-benches --bin peers
 //! ```
 //!
 //! A *peer* is a program that solves the hanging sheet of
-//! [`HangingSheet`](drape_benches::HangingSheet) with another library. It is called as
+//! [`HangingSheet`](drape_benches::HangingSheet) with another library. Its command line is
 //!
 //! ```text
 //! eigen_imex N SOLVER TOLERANCE STEPS K/M     # IMEX Euler, tension springs implicit
 //! eigen_bw   N SOLVER TOLERANCE STEPS K/M     # Baraff and Witkin, all springs implicit
 //! ```
 //!
-//! takes STEPS steps of 0.01 s on N × N particles, times each of them by itself, and prints one
-//! line of words and numbers: the median time of a step in µs after `total` (`eigen_bw`: after
-//! `med`), the mean before `(mean)` if it tells it, the iterations a step after `iters/step/rhs`
-//! (`it`), the heights of the middle and of the lowest particle at the end, in m, after `xmid` and
-//! `ymin`. Solvers of `eigen_imex`: `cgicn` and `cgjac` (conjugate gradients with incomplete
-//! Cholesky in natural order, or with the diagonal), `cholamd` (CHOLMOD, factor kept); of
-//! `eigen_bw`: `jac`, `ic`, `llt`.
+//! The peer takes STEPS steps of 0.01 s on N × N particles and times each step. It prints one line
+//! of words and numbers:
 //!
-//! Every program runs as a process of its own on one core and one thread, in turns, so that both
-//! sides of a ratio meet the same machine. The order is turned round in every other round. A ratio
-//! is that of the medians of two runs in the same round. It is recorded only where both answers
-//! agree; between two direct solves to six digits.
+//! | number | word beside it in `eigen_imex` | in `eigen_bw` |
+//! |---|---|---|
+//! | median time of a step, µs | after `total` | after `med` |
+//! | mean time of a step, µs (optional) | before `(mean)` | before `(mean)` |
+//! | iterations a step | after `iters/step/rhs` | after `it` |
+//! | final height of the middle particle, m | after `xmid` | after `xmid` |
+//! | final height of the lowest particle, m | after `ymin` | after `ymin` |
+//!
+//! The solvers of `eigen_imex` are `cgicn` and `cgjac` (conjugate gradients with incomplete
+//! Cholesky in natural order, or with the diagonal) and `cholamd` (CHOLMOD, factor kept). Those of
+//! `eigen_bw` are `jac`, `ic` and `llt`.
+//!
+//! Every program runs as its own process on one core and one thread. The programs take turns, and
+//! every other round reverses their order, so both sides of a ratio see the same machine. A ratio
+//! divides the medians of two runs in the same round. The program records it only if both answers
+//! agree; two direct solves must agree to six digits.
 //!
 //! An optional file `about.txt` in the folder, with versions and compiler flags, is copied to the
 //! record.
@@ -52,19 +59,19 @@ use std::process::ExitCode;
 /// Compares drape's steps with those of the programs in the folder that DRAPE_PEERS names.
 #[derive(Debug, Parser)]
 struct Cli {
-    /// Where the record goes
+    /// File for the record
     #[arg(long, default_value = "results/timings/peers.json")]
     out: PathBuf,
-    /// Where the tables go
+    /// File for the tables
     #[arg(long, default_value = "results/peers.md")]
     table: PathBuf,
     /// Largest number of particles along an edge
     #[arg(long, default_value_t = u32::MAX)]
     largest: u32,
-    /// Most runs of each program on each case
+    /// Limit of the runs of each program on each case
     #[arg(long, default_value_t = usize::MAX)]
     rounds: usize,
-    /// Core that every program is pinned to [default: the last]
+    /// Core to which every program is pinned [default: the last]
     #[arg(long)]
     core: Option<u32>,
     #[command(subcommand)]
@@ -73,7 +80,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Take drape's steps once, as a peer would, and print their times
+    /// Take drape's steps once, as a peer does, and print their times
     Step {
         /// Method id with settings
         method: String,

@@ -1,4 +1,4 @@
-//! Runs in turns, and what comes out of them.
+//! Runs the programs in turns and compares their results.
 
 use crate::error::PeersError;
 use crate::plan::{Plan, is_direct};
@@ -6,8 +6,8 @@ use crate::program::{Program, Sample, TOLERANCE};
 use crate::record::{Case, Pair, Ratio, Row, Runs};
 use drape_report::number::median;
 
-/// Runs all programs of a plan in turns, every other round backwards, so that whatever drifts meets
-/// both sides.
+/// Runs all programs of a plan in turns. Every other round reverses the order, so that a drift of
+/// the machine affects both sides of a ratio.
 pub(crate) fn measure(plan: &Plan, core: Option<u32>) -> Result<Vec<Row>, PeersError> {
     let Plan { case, rounds, programs, .. } = plan;
     let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); programs.len()];

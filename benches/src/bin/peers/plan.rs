@@ -1,4 +1,4 @@
-//! What is run: cases, solvers, repetitions, and the ratios that drape aims at.
+//! The cases, solvers and repetitions of the comparison, and the ratios that are its goals.
 
 use crate::program::{Peer, Program};
 use crate::record::Case;
@@ -12,11 +12,11 @@ pub(crate) struct Plan {
     /// How often each program runs.
     pub(crate) rounds: usize,
     pub(crate) programs: Vec<Program>,
-    /// Ratios over [`YARDSTICK`], where there are any.
+    /// Goals for the ratio to [`YARDSTICK`], if the case has any.
     pub(crate) goal: Option<Goal>,
 }
 
-/// Ratios over [`YARDSTICK`]: what is asked for on the two meshes, and what is aimed at on the
+/// Goals for the ratio to [`YARDSTICK`]: the least ratio on each mesh, and a higher aim on the
 /// grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
@@ -25,8 +25,7 @@ pub(crate) struct Goal {
     pub(crate) general: f64,
 }
 
-/// The peer's solver that goals are set against: CG with incomplete Cholesky, as drape's default
-/// is.
+/// The peer's solver to which goals refer: CG with incomplete Cholesky, like drape's default.
 pub(crate) const YARDSTICK: &str = "cgicn";
 
 /// With the peer's stop test, relative to the right-hand side.

@@ -1,4 +1,4 @@
-//! A program that takes the steps of a case, drape itself or a peer, and what it says of them.
+//! A program (drape or a peer) that takes the steps of a case, and its output.
 
 use crate::error::PeersError;
 use crate::record::Case;
@@ -9,7 +9,7 @@ use std::process::Command;
 /// Relative tolerance of every iterative solve.
 pub(crate) const TOLERANCE: f64 = 1e-3;
 
-/// What one run of a program gives.
+/// Result of one run of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sample {
     /// Median time of a step, µs.
@@ -33,7 +33,7 @@ pub(crate) enum Program {
     Peer { peer: &'static Peer, path: PathBuf, solver: &'static str },
 }
 
-/// What is known of a peer: its name, the method that it computes and the words around its numbers.
+/// A peer: its name, the method that it computes and the words around its numbers.
 #[derive(Debug)]
 pub(crate) struct Peer {
     /// Name of the executable.

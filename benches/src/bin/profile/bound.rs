@@ -1,9 +1,10 @@
-//! The least time of a step: what its kernels must compute and move.
+//! The least time of a step, from the arithmetic and the memory traffic of its kernels.
 //!
 //! A kernel takes at least the longest of three times: its square roots and quotients at their
-//! throughput, its flops at that of sums and products, its bytes at the speed of the second-level
-//! cache. Counted for a regular sheet, as the step's report counts its kernels; a vector of three
-//! coordinates is 24 bytes, and what a kernel reads twice comes from nearer the second time.
+//! throughput, its flops at the throughput of sums and products, and its bytes at the speed of the
+//! second-level cache. The table counts for a regular sheet, as the step's report counts its
+//! kernels. A vector of three coordinates is 24 bytes. A second read of the same bytes is free,
+//! because it comes from a nearer cache.
 //!
 //! | kernel, as a step's report counts it | a spring | a particle |
 //! |---|---|---|
@@ -19,9 +20,9 @@
 //! takes a root and a quotient a spring, or more. Orthogonalising a Krylov subspace counts as the
 //! products that the step reports for it.
 //!
-//! Factorisations and solves with factors are left out, and so are preconditioners other than a
-//! division by a diagonal: they depend on the order of elimination, and a method may choose among
-//! them. A step that makes them is above its bound by what they take.
+//! The bound leaves out factorisations, solves with factors, and preconditioners other than a
+//! division by a diagonal. These depend on the order of elimination, and a method may choose among
+//! them. A step that uses them exceeds its bound by their time.
 
 use crate::{Counts, Profile};
 use drape_benches::Machine;
@@ -81,7 +82,7 @@ pub(crate) fn seconds(machine: &Machine, profile: &Profile) -> f64 {
     force_evaluations * forces + iterations * iteration + besides * product + linearised + update
 }
 
-/// Why a method is more than twice above its bound, beside [`SPRINGS`].
+/// The reason why a method is more than twice above its bound, apart from [`SPRINGS`].
 pub(crate) fn reason(id: &str) -> Option<&'static str> {
     Some(match id {
         "explicit-euler" | "symplectic-euler" => {

@@ -1,4 +1,4 @@
-//! What an element of each effect costs in a force evaluation, beside a spring on a grid.
+//! The cost of an element of each effect in a force evaluation, beside a spring on a grid.
 
 use drape_model::{State, System, Vec3};
 use drape_oracle::Random;

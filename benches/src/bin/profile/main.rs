@@ -1,16 +1,17 @@
-//! Where each method's step spends its time, and how far that is from what the machine allows.
+//! The time of each method's step by phase, beside the least time that the machine allows.
 //!
 //! ```text
 //! cargo run --release -p drape-benches --bin profile
 //! ```
 //!
 //! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100
-//! particles row by row, k/m = 1e4/s², with its default settings, on one thread. The table has the
-//! median time of a step, what share of it each [`Phase`] took in another run, what a step counts,
-//! and its *bound*: the least time of the [kernels](bound) that it counts, from the speed of this
-//! processor's arithmetic and of its caches, which the program measures first. Methods that are
-//! more than twice above their bound have a reason beside them. A last table has the time of one
-//! hinge, one angle and one triangle in the air, beside a spring.
+//! particles row by row, k/m = 1e4/s², with its default settings, on one thread. The table lists
+//! the median time of a step, the share of each [`Phase`] in another run, the counts of a step, and
+//! its *bound*. The bound is the least time of the [kernels](bound) that the step counts. It
+//! follows from the speeds of this processor's arithmetic and caches, which the program measures
+//! first. Methods that are more than twice above their bound have a reason beside them. A last
+//! table compares the time of one hinge, one angle and one triangle in the air with that of a
+//! spring.
 
 mod bound;
 mod elements;
@@ -33,7 +34,7 @@ use std::time::Instant;
 /// Profiles the step of every method and compares it with the least time of its kernels.
 #[derive(Debug, Parser)]
 struct Cli {
-    /// Where the table goes
+    /// File for the table
     #[arg(long, default_value = "results/profile.md")]
     out: PathBuf,
     /// Particles along an edge

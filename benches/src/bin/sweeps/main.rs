@@ -1,4 +1,4 @@
-//! A sweep of XPBD beside one of a public program, on the same springs.
+//! Times a sweep of XPBD and one of a public program on the same springs.
 //!
 //! ```text
 //! taskset -c 1 cargo run --release -p drape-benches --bin sweeps -- --python python3
@@ -6,11 +6,12 @@
 //!
 //! The public program is `SolverXPBD` of the physics engine Newton, which `programs/newton_xpbd.py`
 //! times. Both move the [`HangingSheet`] with damping along the springs, where both have the same
-//! formulas; `drape_oracle::published` shows that. A *sweep* is a hundredth of what a step of 101
-//! sweeps takes more than a step of one. So neither the prediction nor the start of a program is in it.
+//! formulas; `drape_oracle::published` shows that. The time of a *sweep* is a hundredth of the
+//! difference between a step of 101 sweeps and a step of one. So it contains neither the prediction
+//! nor the start of a program.
 //!
-//! The programs take turns. A ratio is that of two times of the same round, so that both sides meet
-//! the same machine. One thread each; `taskset` holds both on one core.
+//! The programs take turns. A ratio divides two times of the same round, so both sides see the same
+//! machine. Each program uses one thread; `taskset` keeps both on one core.
 
 mod program;
 
@@ -32,10 +33,10 @@ use std::time::Instant;
 /// Times sweeps of XPBD and those of the physics engine Newton in turns.
 #[derive(Debug, Parser)]
 struct Cli {
-    /// A Python that has the packages newton and warp-lang
+    /// Python interpreter with the packages newton and warp-lang
     #[arg(long, default_value = "python3")]
     python: PathBuf,
-    /// Where the table goes
+    /// File for the table
     #[arg(long, default_value = "results/sweeps.md")]
     out: PathBuf,
     /// Particles along an edge
@@ -56,7 +57,7 @@ const STEPS: usize = 11;
 const FORMS: [(&str, &str); 2] =
     [("as listed", "xpbd:substeps=1"), ("by colours", "xpbd:substeps=1,sweep=coloured")];
 
-/// A build that is not the fast one says so.
+/// A warning for a build without optimisation.
 const CHECKED: &str =
     if cfg!(debug_assertions) { " This time without `--release`: drape is slower so." } else { "" };
 

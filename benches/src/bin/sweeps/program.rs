@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// Why the program gave no time.
+/// The reason why the program gave no time.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ProgramError {
     /// It did not start.

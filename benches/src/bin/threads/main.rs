@@ -1,17 +1,18 @@
-//! What more threads are worth, beside what the machine has to give.
+//! The speed-up of a step by more threads, beside the limits of the machine.
 //!
 //! ```text
 //! cargo run --release -p drape-benches --bin threads
 //! ```
 //!
-//! A step of IMEX Euler with Jacobi's preconditioner on the hanging sheet of
-//! [`HangingSheet`](drape_benches::HangingSheet), row by row, is timed on one thread and on
-//! several, in turns, from the same state; after each turn the states must be the same bits. In
-//! each round as many [smaller sheets](apart) as there are threads take their steps too, one on
-//! each thread, at the same time: they share nothing and never wait for each other, so that what
-//! they lose is what the machine's cores take from each other. That they do, in caches that cores
-//! share and in memory, is [measured](memory) by itself. Other methods that sweep are timed in the
-//! same way on the first sheet.
+//! The program times a step of IMEX Euler with Jacobi's preconditioner on the hanging sheet of
+//! [`HangingSheet`](drape_benches::HangingSheet), row by row. One thread and several threads take
+//! turns from the same state; after each turn both states must have the same bits.
+//!
+//! In each round, as many [smaller sheets](apart) as threads also take their steps, one on each
+//! thread, at the same time. They share no data and never wait for each other. So if they are
+//! slower than one sheet alone, the cores slow each other down. A [separate measurement](memory)
+//! shows this effect in shared caches and in memory. Other methods that sweep are timed in the same
+//! way on the first sheet.
 
 mod apart;
 mod memory;
@@ -34,7 +35,7 @@ use std::time::Instant;
 /// Times steps on one thread and on several in turns.
 #[derive(Debug, Parser)]
 struct Cli {
-    /// Where the table goes
+    /// File for the table
     #[arg(long, default_value = "results/threads.md")]
     out: PathBuf,
     /// Particles along an edge
@@ -165,7 +166,7 @@ fn compare(
     let steps = (1e-3 * rate * f64::from(cli.milliseconds)).ceil().clamp(1.0, 1e4) as u32;
     let (mut pairs, mut parts) = (Vec::new(), Vec::new());
     for round in 0..cli.rounds {
-        // Every other round backwards, so that whatever drifts meets both.
+        // Every other round goes backwards, so that a drift of the machine affects both.
         let pair = if round % 2 == 0 {
             let first = one.turn(steps);
             [first, all.turn(steps)]

@@ -6,8 +6,8 @@ use drape_report::tell;
 
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct LimitArguments {
-    /// Most memory that the command may take by estimate, MiB [default: three quarters of what
-    /// /proc/meminfo calls available; no limit where there is no such file]
+    /// Limit of the estimated memory of the command, MiB [default: three quarters of the available
+    /// memory in /proc/meminfo; no limit without that file]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     max_memory: Option<u64>,
 }
@@ -49,8 +49,8 @@ impl LimitArguments {
                 path: "--max-memory".to_owned(),
                 value: format!("{} MiB{origin}", limit / MIB),
                 expected: format!(
-                    "{} MiB or more, which {contents} take by estimate{}: take fewer particles or \
-                     another method, or raise the limit",
+                    "{} MiB or more, the estimate for {contents}{}: use fewer particles or another \
+                     method, or raise the limit",
                     bytes.div_ceil(MIB),
                     choice
                         .map_or_else(String::new, |choice| format!(" with {}", choice.method().id)),

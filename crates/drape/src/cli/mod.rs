@@ -68,30 +68,30 @@ enum Command {
     Reproduce(cmd::reproduce::Arguments),
     /// Run one method on one scene
     Run(cmd::run::Arguments),
-    /// Find the method to take for a scene, within a time
+    /// Find the best method for a scene within a time limit
     Compare(cmd::compare::Arguments),
     /// Move the cloth of a scene and draw it as PNG
     Picture(cmd::picture::Arguments),
     /// Print the discretised system of a scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
-    /// Measure a scene and foresee what each method would do with it
+    /// Measure a scene and predict how each method would do on it
     Inspect(cmd::inspect::Arguments),
     /// Show methods side by side, live in the browser
     Lab(cmd::lab::Arguments),
     /// List scenes, materials, methods, experiments or claims
     List(cmd::list::Arguments),
-    /// Print a material with its sources, or turn a row of a table of fabrics into one (format
-    /// "drape-material/1")
+    /// Print a material with its sources, or convert a row of a table of fabrics into a material
+    /// (format "drape-material/1")
     Material(cmd::material::Arguments),
     /// Run one experiment and draw its results
     Experiment(cmd::experiment::Arguments),
     /// Test one claim of the paper, or one expectation about later methods, and print its numbers
     Claim(cmd::claim::Arguments),
-    /// Join what runs with --shard have computed, and write the records
+    /// Join the parts that runs with --shard have computed, and write the records
     Merge(cmd::merge::Arguments),
     /// Draw figures, report and index page from the records in a folder
     Report(cmd::report::Arguments),
-    /// Write the facts of records as tables (CSV or Parquet), one number a row
+    /// Write the facts of records as tables (CSV or Parquet) with one number in each row
     Export(cmd::export::Arguments),
     /// Print the JSON Schema of a file format
     Schema(cmd::schema::Arguments),

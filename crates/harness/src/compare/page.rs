@@ -163,20 +163,21 @@ fn method(facts: &Facts) -> String {
         Metric::Shape => {
             "mean distance from the particles of each surface to the triangles of the other"
         }
-        Metric::Trajectory => "root of the mean square distance of the particles",
+        Metric::Trajectory => "root mean square distance of the particles",
     };
     format!(
-        "The true motion has its steps halved until that changes it by less than a tenth of the \
-         target, or by no more than noise; starts perturbed by a millionth of the cloth's size \
-         (seeded) tell the noise, and a run is held against the nearest. Error: {error}, mean over \
-         up to 10 looks in {} frames. A run is locked if its energy is stable and its free \
-         particles move, on average, less than half of the true path. Each form runs with rising \
-         numbers of steps a frame until it meets the target or would take more than three times as \
-         long as another that does. Without a true motion the check of `drape run` in up to three \
-         short windows decides what is locked, or, where nothing can be measured, theory. Time a \
-         frame: wall time of the steps alone, set-up aside, on one thread, the least of the \
-         repetitions; a frame that takes more than five times the median counts as five. Which runs \
-         were made depends on the time; results of a run do not.",
+        "The steps of the true motion are halved until this changes it by less than a tenth of the \
+         target, or by no more than the noise. Starts perturbed by a millionth of the cloth's size \
+         (seeded) measure the noise; a run is compared with the nearest of these motions. Error: \
+         {error}, as a mean over up to 10 moments in {} frames. A run is locked if its energy is \
+         stable and its free particles move, on average, less than half of the true path. Without \
+         a true motion, the check of `drape run` in up to three short windows decides whether a \
+         run is locked; if the check cannot measure anything, theory decides. Each form runs with \
+         rising numbers of steps a frame until it meets the target, or would take more than three \
+         times as long as another form that does. Time a frame is the wall time of the steps on \
+         one thread, without set-up, and the least of the repetitions; a frame that takes more \
+         than five times the median counts as five. The time limit decides which runs were made, \
+         but not their results.",
         facts.scene.frames
     )
 }

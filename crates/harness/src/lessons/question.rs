@@ -115,7 +115,7 @@ impl Question {
                  first pane come back, on its way from shorter to longer?"
             }
             Self::GreatestStretch => {
-                "Play, and watch the greatest stretch of the first pane; look back in time for \
+                "Play, and watch the greatest stretch of the first pane. Then go back in time to \
                  its largest value."
             }
             Self::Speed => {
@@ -189,7 +189,7 @@ impl Lesson {
             let (number, unit) = (significant(answer, 3), self.question.unit());
             let space = if unit.is_empty() { "" } else { " " };
             let sentence = format!(
-                "Right: theory says {number}{space}{unit}, and {} % beside it is accepted.",
+                "Right: theory gives {number}{space}{unit}. Answers within {} % are accepted.",
                 100.0 * tolerance
             );
             return Ok(Mark { is_right: true, sentence });

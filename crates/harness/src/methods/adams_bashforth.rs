@@ -77,10 +77,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Adams and Bashforth: order 2 from the last step",
-    idea: "The force of the step before is still known. A straight line through both forces, \
-           prolonged over the step, gives order 2 without another evaluation. Its region of \
-           stability is smaller than that of explicit Euler along the damping, and without damping \
-           it grows at every step, though slowly.",
+    idea: "The method keeps the force of the step before. A straight line through both forces, \
+           extrapolated over the step, gives order 2 without another evaluation. For pure damping \
+           its limit is half that of explicit Euler. Without damping an oscillation grows at every \
+           step size, though slowly.",
     docs: "drape-multistep",
     sources: drape_multistep::SOURCES,
     equation: Excerpt::docs(
@@ -109,7 +109,7 @@ static LESSON: Lesson = Lesson {
     traps: &[
         Trap {
             value: |s| s.damping / s.stiffness,
-            hint: "That is δ/κ, the limit of explicit Euler. Two levels change it.",
+            hint: "That is δ/κ, the limit of explicit Euler. The second level changes it.",
         },
         Trap {
             value: |s| 2.0 / libm::sqrt(s.stiffness),

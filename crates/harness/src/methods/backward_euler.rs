@@ -81,9 +81,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Backward Euler: stable, and it damps",
-    idea: "The forces are those at the end of the step. No step is too long for stability, since \
-           each one takes energy out: an undamped spring loses the share θ/(1 + θ) of its energy \
-           in every step, θ = h²k/m. What looks like air drag in a film is often this.",
+    idea: "The forces are those at the end of the step. The method is stable at every step size, \
+           because each step removes energy: an undamped spring loses the share θ/(1 + θ) of its \
+           energy in every step, with θ = h²k/m. In a film this loss often looks like air drag.",
     docs: "drape-backward-euler",
     sources: drape_backward_euler::SOURCES,
     equation: Excerpt::docs("M (v_{n+1} − v_n) = h f(x_{n+1}, v_{n+1})", "(4)"),
@@ -98,7 +98,7 @@ static LESSON: Lesson = Lesson {
     attempt: "Halve the step: does half of the loss go away? Multiply k/m by 100 and watch the \
               loss of stiff springs.",
     low: "The step takes less than that.",
-    high: "The step takes more: there is no damping in the spring, but there is in the method.",
+    high: "The loss is larger: the spring has no damping, but the method has.",
     traps: &[
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
         Trap {

@@ -66,9 +66,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 static LESSON: Lesson = Lesson {
     title: "One linear solve a step: order 1",
     idea: "Backward Euler needs a nonlinear solve. Baraff and Witkin take a single Newton \
-           iteration: the forces are linearised at the old positions, and one linear system is \
-           solved by conjugate gradients. On a linear spring that is all of backward Euler, with \
-           its damping. A method of order 1 loses in proportion to its step.",
+           iteration: they linearise the forces at the old positions and solve one linear system \
+           by conjugate gradients. On a linear spring this is exactly backward Euler, with its \
+           damping. For a method of order 1, the loss is proportional to the step.",
     docs: "drape-baraff-witkin",
     sources: drape_baraff_witkin::SOURCES,
     equation: Excerpt::docs(
@@ -83,10 +83,10 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["baraff-witkin", "dirk"]).time(0.001, 1.0),
     question: Question::LossRatio,
-    attempt: "Take steps ten times as long: why does the ratio fall? The loss cannot exceed what \
-              there is.",
+    attempt: "Take steps ten times as long: why does the ratio fall? The loss cannot exceed the \
+              energy at the start.",
     low: "The loss falls faster than that.",
-    high: "A method of order 1 does not gain that much from half of the step.",
+    high: "In a method of order 1, half of the step does not reduce the loss that much.",
     traps: &[
         Trap {
             value: |_| 4.0,

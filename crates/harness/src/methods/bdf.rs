@@ -81,10 +81,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Backward differences over two steps",
-    idea: "A parabola through two old levels and the new one must satisfy the equation at the new \
-           one. That is of order 2, as stable as backward Euler, and costs the same. An \
-           oscillation that the steps resolve loses far less; one that they do not resolve still \
-           dies out. The first step has no past: it is one of backward Euler.",
+    idea: "A parabola through two old levels and the new one satisfies the equation at the new \
+           level. The method has order 2, is as stable as backward Euler, and costs the same. An \
+           oscillation that the steps resolve loses far less energy; one that they do not resolve \
+           still dies out. The first step has no old levels, so it is a step of backward Euler.",
     docs: "drape-multistep",
     sources: drape_multistep::SOURCES,
     equation: Excerpt::docs(

@@ -73,10 +73,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 static LESSON: Lesson = Lesson {
     title: "Desbrun: a matrix that never changes, and a load beside it",
     idea: "Only the linear part of the spring force is taken at the new positions. Its matrix \
-           never changes and is factorised once. The filter W holds back every motion across a \
-           stiff spring, also one that stretches nothing. Gravity is added behind the filter: the \
-           load gets its full kick in every step, but the speed of the step before is filtered \
-           away.",
+           never changes and is factorised once. The filter W slows every motion of a stiff \
+           spring, even a motion across it that does not stretch it. Gravity is added after the \
+           filter: each step adds the full h g, but the filter removes the speed of the step \
+           before.",
     docs: "drape-desbrun",
     sources: drape_desbrun::SOURCES,
     equation: Excerpt::docs(
@@ -92,8 +92,8 @@ static LESSON: Lesson = Lesson {
     setting: Setting::load(&["desbrun", "imex-updated"]),
     question: Question::Speed,
     attempt: "Halve the step: the speed halves as well, though nothing about the cloth has changed.",
-    low: "The load is not filtered: each step adds the whole of h g.",
-    high: "The speed of the step before is filtered away, so it cannot add up.",
+    low: "The filter does not act on the load: each step adds the whole of h g.",
+    high: "The filter removes the speed of the step before, so speeds cannot add up.",
     traps: &[
         Trap {
             value: |s| 1e3 * gravity(s.scene) / (s.step * s.stiffness),

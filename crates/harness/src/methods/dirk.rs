@@ -110,10 +110,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Two implicit stages: how fast does the loss shrink?",
-    idea: "Half of the step by the trapezoidal rule, the rest by backward differences. The method \
-           has order 2 and kills what it cannot resolve. The energy that it takes from an \
-           oscillation falls faster than its error: the loss in a given time goes with the third \
-           power of the step once the steps are short.",
+    idea: "The trapezoidal rule takes the first part of the step, and backward differences the \
+           rest. The method has order 2 and damps motion that it cannot resolve. The energy that \
+           it removes from an oscillation falls faster than its error: for short steps, the loss \
+           in a given time is proportional to the third power of the step.",
     docs: "drape-dirk",
     sources: drape_dirk::SOURCES,
     equation: Excerpt::docs("w₁ = v_n,  a₁ = M⁻¹f(x_n, v_n)", "(5)"),
@@ -132,12 +132,13 @@ static LESSON: Lesson = Lesson {
     traps: &[
         Trap {
             value: |_| 4.0,
-            hint: "Order 2 divides the error by 4. The loss of energy goes with the third power of the step.",
+            hint: "Order 2 divides the error by 4. The loss of energy is proportional to the third \
+                   power of the step.",
         },
         Trap { value: |_| 2.0, hint: "That is the ratio of a method of order 1 at short steps." },
         Trap {
             value: |_| 8.0,
-            hint: "That is the limit for short steps. These are long: measure.",
+            hint: "That is the limit for short steps. These steps are long: measure.",
         },
     ],
     study: "order",

@@ -64,10 +64,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Energy and momentum by construction",
-    idea: "The force of a spring is not taken at a point but as the difference of its energies \
-           over the difference of its lengths. Then a step changes the energy by the work of the \
-           damping and by nothing else, at any step and amplitude, and it keeps the spin. Resolve \
-           the damping, too: a long step lets a stiff oscillation decay far too slowly.",
+    idea: "The force of a spring is the difference of its energies over the difference of its \
+           lengths, not a force at one point. So only the work of the damping changes the energy, \
+           at any step size and amplitude, and the method keeps the spin. The step must still \
+           resolve the damping: with a long step, a stiff oscillation decays far too slowly.",
     docs: "drape-energy-momentum",
     sources: drape_energy_momentum::SOURCES,
     equation: Excerpt::docs(
@@ -83,8 +83,8 @@ static LESSON: Lesson = Lesson {
     question: Question::EnergyLeft,
     attempt: "Take the damping away: nothing is lost at any step. Shorten the step to 0.001 s: the \
               loss becomes that of the damping.",
-    low: "It keeps more than that: the step does not resolve the oscillation that the damping acts \
-          on.",
+    low: "It keeps more than that: the step does not resolve the oscillation on which the damping \
+          acts.",
     high: "It loses more than that: the damping does work.",
     traps: &[
         Trap {

@@ -56,10 +56,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Explicit Euler: stable only by the damping of the springs",
-    idea: "Positions move with the old velocities, velocities with the forces at the old \
+    idea: "Positions move with the old velocities, and velocities with the forces at the old \
            positions. Each step adds energy to an oscillation: without damping it grows at every \
-           step size. Damping takes energy out, and the step is stable as long as it takes out \
-           more than the step adds.",
+           step size. Damping removes energy, and the step is stable as long as the damping \
+           removes more than the step adds.",
     docs: "drape-explicit-euler",
     sources: drape_explicit_euler::SOURCES,
     equation: Excerpt::docs(
@@ -78,7 +78,7 @@ static LESSON: Lesson = Lesson {
         .time(0.05, 10.0),
     question: Question::LongestStep,
     attempt: "Set the damping to 0 and look for a stable step. Then double the stiffness: the \
-              limit halves, where that of leapfrog shrinks by √2 only.",
+              limit halves, while the limit of leapfrog shrinks only by √2.",
     low: "At this step the total energy still falls. Take a longer one.",
     high: "At this step the oscillation grows: give the run more time, or take a shorter step.",
     traps: &[

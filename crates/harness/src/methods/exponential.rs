@@ -41,9 +41,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 static LESSON: Lesson = Lesson {
     title: "The exact linear motion",
     idea: "The linearised motion of a step has a closed form, the exponential of its matrix. A \
-           Krylov subspace gives it to a tolerance by products with the matrix alone: no linear \
-           system is solved. A linear spring moves exactly, at any step. What remains is the error \
-           of the linearisation, where springs turn.",
+           Krylov subspace approximates it to a tolerance by products with the matrix; the method \
+           solves no linear system. A linear spring moves exactly, at any step size. Where springs \
+           turn, the error of the linearisation remains.",
     docs: "drape-exponential",
     sources: drape_exponential::SOURCES,
     equation: Excerpt::docs(
@@ -58,11 +58,11 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["exponential", "midpoint"]).time(0.2, 4.0),
     question: Question::Period,
-    attempt: "Open loaded-spring with both methods: the spring turns now, and the linear motion is \
+    attempt: "Open loaded-spring with both methods: that spring turns, so the linearised motion is \
               not the true one.",
     low: "The oscillation is slower than that. A few steps cover a period, so count several \
           periods.",
-    high: "The oscillation is faster than that: is it the first pane that you count?",
+    high: "The oscillation is faster than that. Do you count in the first pane?",
     traps: &[Trap {
         value: |s| {
             std::f64::consts::TAU * s.step

@@ -101,9 +101,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "A dial for numerical damping",
-    idea: "Forces and accelerations are taken at two different points within the step. One \
-           number, rho_inf, sets what a step leaves of the fastest oscillations: 1 keeps all, 0 \
-           kills them within a few steps. Slow oscillations lose little, and the order is 2.",
+    idea: "The method takes forces and accelerations at two different points within the step. The \
+           setting rho_inf is the share of the fastest oscillations that a step leaves: 1 keeps \
+           them, 0 removes them within a few steps. Slow oscillations lose little, and the order \
+           is 2.",
     docs: "drape-generalized-alpha",
     sources: drape_generalized_alpha::SOURCES,
     equation: Excerpt::docs(
@@ -118,8 +119,8 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["generalized-alpha", "backward-euler"]).time(0.1, 4.0),
     question: Question::EnergyLeft,
-    attempt: "Set rho_inf=0 and rho_inf=1 in two panes. Then multiply k/m by 10000: which one \
-              rings, which one is still?",
+    attempt: "Set rho_inf=0 and rho_inf=1 in two panes. Then multiply k/m by 10000: in which pane \
+              does the spring ring, in which is it still?",
     low: "It keeps more than that.",
     high: "It loses more than that: rho_inf is not 1.",
     traps: &[

@@ -136,10 +136,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "IMEX Euler: fast, stable, and it locks",
-    idea: "The linear part of the springs is implicit, with a matrix that never changes; the rest, \
+    idea: "The linear part of the springs is implicit, with a matrix that never changes. The rest, \
            which turns with the spring, stays explicit. The matrix is stiff in every direction, \
-           while a spring is stiff only along itself. So a motion across a stiff spring is held \
-           back as if the spring resisted it: the cloth locks.",
+           but a spring is stiff only along itself. So the method slows a motion across a stiff \
+           spring as if the spring resisted it: the cloth locks.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs("A v_{n+1} = M v_n + h [F_explicit(x_n, v_n) − L_k x_n]", "(20)"),
@@ -155,7 +155,7 @@ static LESSON: Lesson = Lesson {
     attempt: "Halve the step, or divide k/m by ten: how does the speed follow? Then open \
               hanging-textile-1e6 with both methods.",
     low: "It is faster than that.",
-    high: "It never gets that fast: each step keeps only 1/(1 + h²k/m) of the speed.",
+    high: "It never becomes that fast: each step keeps only 1/(1 + h²k/m) of the speed.",
     traps: &[
         Trap {
             value: |s| 1e3 * gravity(s.scene) * s.duration,
@@ -163,7 +163,8 @@ static LESSON: Lesson = Lesson {
         },
         Trap {
             value: |s| 1e3 * gravity(s.scene) * s.step,
-            hint: "That is the kick of a single step; the matrix divides it by 1 + h²k/m.",
+            hint: "That is the change of speed h g of a single step; the matrix divides it by 1 + \
+                   h²k/m.",
         },
     ],
     study: "locking",

@@ -96,9 +96,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Order 2 without a past",
-    idea: "Two stages in a step, each solved with one and the same constant matrix; the rest of \
-           the force is taken anew in each. The order is 2 without old levels, so steps, pins and \
-           contacts may change at any time. What the step does not resolve dies out.",
+    idea: "A step has two stages, which solve with the same constant matrix. Each stage evaluates \
+           the rest of the force anew. The order is 2 without old levels, so steps, pins and \
+           contacts may change at any time. Motion that the step does not resolve dies out.",
     docs: "drape-imex-rk",
     sources: drape_imex_rk::SOURCES,
     equation: Excerpt::docs(

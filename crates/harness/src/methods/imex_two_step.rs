@@ -156,9 +156,10 @@ fn radius(method: &Multistep, theta: f64, eta: f64) -> f64 {
 /// Its lesson.
 static SBDF2_LESSON: Lesson = Lesson {
     title: "Backward differences, with the rest extrapolated",
-    idea: "Two old steps instead of one: differences of second order for the linear part of the \
-           springs, extrapolation for the rest. It costs one solve with a constant matrix a step, \
-           as IMEX Euler. Slow oscillations keep far more of their energy, fast ones die out.",
+    idea: "The method uses two old steps instead of one: differences of second order for the \
+           linear part of the springs, extrapolation for the rest. A step costs one solve with a \
+           constant matrix, as in IMEX Euler. Slow oscillations keep far more of their energy; \
+           fast ones die out.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
@@ -176,7 +177,7 @@ static SBDF2_LESSON: Lesson = Lesson {
     setting: Setting::oscillator(&["imex-sbdf2", "imex-euler"]).time(0.05, 1.0),
     question: Question::EnergyLeft,
     attempt: "Step once and read the energy: the first step is one of backward Euler. How much of \
-              the loss is its doing?",
+              the loss does it cause?",
     low: "It keeps more than that.",
     high: "It loses more than that.",
     traps: &[
@@ -192,10 +193,10 @@ static SBDF2_LESSON: Lesson = Lesson {
 /// Its lesson.
 static CNAB2_LESSON: Lesson = Lesson {
     title: "Crank and Nicolson with Adams and Bashforth: only the start loses",
-    idea: "The linear part of the springs is taken half at each level, as in the trapezoidal rule, \
-           which keeps the energy of every oscillation, fast or slow. But a method of two steps \
-           needs a first one, and this is a step of backward Euler: what it takes is lost for \
-           good, and what it leaves rings for ever.",
+    idea: "The method takes half of the linear part of the springs at each level, as in the \
+           trapezoidal rule, which keeps the energy of every oscillation, fast or slow. But a \
+           two-step method needs a first step, and this is one of backward Euler. The energy that \
+           it removes is lost; the energy that it leaves rings for ever.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
@@ -215,7 +216,7 @@ static CNAB2_LESSON: Lesson = Lesson {
     attempt: "Read the energy after one step, two, ten. Then shorten the step: the loss of the \
               start shrinks with h².",
     low: "Only the first step loses energy.",
-    high: "The first step has no past: it is one of backward Euler, which loses.",
+    high: "The first step is one of backward Euler, which loses energy.",
     traps: &[
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
         Trap {
@@ -242,9 +243,9 @@ static CNAB2_LESSON: Lesson = Lesson {
 /// Its lesson.
 static MCNAB2_LESSON: Lesson = Lesson {
     title: "A sixteenth of the oldest level",
-    idea: "Crank and Nicolson leave stiff oscillations alone, which then ring. A small weight on \
-           the oldest level damps them, and the order stays 2. The method lies between the \
-           trapezoidal rule and backward differences.",
+    idea: "With Crank and Nicolson's method, stiff oscillations ring. A small weight on the oldest \
+           level damps them, and the order stays 2. The method lies between the trapezoidal rule \
+           and backward differences.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
@@ -261,13 +262,13 @@ static MCNAB2_LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["imex-mcnab2", "imex-cnab2"]).time(0.1, 1.0),
     question: Question::EnergyLeft,
-    attempt: "Multiply k/m by 10000 and play: which pane goes on ringing?",
+    attempt: "Multiply k/m by 10000 and play: which pane keeps ringing?",
     low: "It keeps more than that.",
-    high: "It loses more than the second pane, which loses in its first step only.",
+    high: "It loses more than the second pane, which loses only in its first step.",
     traps: &[
         Trap {
             value: |s| 100.0 / (1.0 + s.numbers(s.step).0),
-            hint: "That is what the second pane leaves. The oldest level damps on.",
+            hint: "That is what the second pane leaves. Here the oldest level damps every step.",
         },
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
         Trap {
@@ -281,10 +282,10 @@ static MCNAB2_LESSON: Lesson = Lesson {
 /// Its lesson.
 static CNLF_LESSON: Lesson = Lesson {
     title: "Crank and Nicolson with leapfrog: two motions that do not meet",
-    idea: "The method steps from level n−1 over level n to level n+1. Without forces at level n \
-           even and odd levels never hear of each other: the even ones go on from the start, the \
-           odd ones from the first step, which is one of backward Euler. Neither loses anything, \
-           and they drift apart.",
+    idea: "The method steps from level n−1 over level n to level n+1. Without forces at level n, \
+           even and odd levels are independent. The even levels continue from the start; the odd \
+           ones continue from the first step, which is one of backward Euler. Neither loses \
+           energy, and they drift apart.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs("b  = −(1/a_0) M (a_1 v_n + a_2 v_{n−1})", "x_{n+1} = X* + τ v_{n+1}"),
@@ -297,9 +298,9 @@ static CNLF_LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["imex-cnlf", "imex-cnab2"]).time(0.2, 1.0),
     question: Question::EnergyLeft,
-    attempt: "Press Step once more, and again: the energy jumps between two values. Which steps \
-              keep all of it?",
-    low: "The odd levels go on from the first step; only that one loses energy.",
+    attempt: "Press Step several times: the energy jumps between two values. Which steps keep all \
+              of it?",
+    low: "The odd levels continue from the first step; only that step loses energy.",
     high: "The last step is an odd one. Its energy is that of the first step.",
     traps: &[
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },

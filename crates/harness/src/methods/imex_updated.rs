@@ -146,10 +146,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Updated conjugate gradients: the lock opens",
-    idea: "While conjugate gradients run, the part of the force that was left at the old positions \
-           is taken anew. The matrix stays constant, but what the iteration converges to is \
-           backward Euler. A motion across a stiff spring then costs nothing and is free, as it \
-           should be.",
+    idea: "While conjugate gradients run, the method updates the part of the force that plain IMEX \
+           Euler leaves at the old positions. The matrix stays constant, but the iteration \
+           converges to backward Euler. A motion across a stiff spring is then free, as it should \
+           be.",
     docs: "drape-imex",
     sources: drape_imex::SOURCES,
     equation: Excerpt::docs(
@@ -165,10 +165,10 @@ static LESSON: Lesson = Lesson {
     load: Some(LoadLaw::Free),
     setting: Setting::load(&["imex-updated", "imex-euler"]),
     question: Question::Speed,
-    attempt: "Count the CG iterations a step in both panes: that is the price. Then open \
+    attempt: "Compare the CG iterations a step in both panes: these are the cost. Then open \
               hanging-textile-1e6.",
-    low: "It is faster than that: the updates let the load through.",
-    high: "It cannot fall faster than freely.",
+    low: "It is faster than that: the updates let the load accelerate the particle.",
+    high: "It cannot be faster than in free fall.",
     traps: &[
         Trap {
             value: |s| 1e3 * gravity(s.scene) / (s.step * s.stiffness),
@@ -176,7 +176,7 @@ static LESSON: Lesson = Lesson {
         },
         Trap {
             value: |s| 1e3 * gravity(s.scene) * s.step,
-            hint: "That is the kick of a single step. They add up.",
+            hint: "That is the change of speed of a single step. The changes add up.",
         },
     ],
     study: "locking",

@@ -53,10 +53,10 @@ fn case(_: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Kang: one correction by the neighbours",
-    idea: "The system with the constant matrix is not solved. Each particle takes the change of \
-           velocity that it would have alone, and is corrected once by what its neighbours did. \
-           With its only neighbour pinned there is nothing to correct: the particle alone is \
-           right, and the step is one of backward Euler.",
+    idea: "The method does not solve the system with the constant matrix. Each particle takes the \
+           change of velocity that it would have alone; one correction then adds the motion of its \
+           neighbours. If its only neighbour is pinned, the correction is zero, and the step is \
+           one of backward Euler.",
     docs: "drape-kang",
     sources: drape_kang::SOURCES,
     equation: Excerpt::docs(
@@ -74,7 +74,7 @@ static LESSON: Lesson = Lesson {
     attempt: "Open hanging-textile-1e4: two sweeps do not solve a sheet. Compare sweeps=1 with \
               sweeps=8.",
     low: "It keeps more than that.",
-    high: "It damps like the method whose system it approximates.",
+    high: "It damps like backward Euler, whose system it approximates.",
     traps: &[
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
         Trap {

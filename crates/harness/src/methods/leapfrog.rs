@@ -97,10 +97,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Leapfrog: order 2 for one force a step",
-    idea: "Half a kick, a drift, half a kick. The step is the same forwards and backwards in time, \
-           which gives order 2 and an energy that stays close to the true one for as long as one \
-           likes. It breaks down all at once where the step covers the fastest oscillation with \
-           too few points.",
+    idea: "A step consists of half a kick, a drift and half a kick. It is the same forwards and \
+           backwards in time. This gives order 2 and an energy that stays close to the true one \
+           for any length of time. Once the step is too long for the fastest oscillation, the \
+           method breaks down at once.",
     docs: "drape-explicit-euler",
     sources: drape_explicit_euler::SOURCES,
     equation: Excerpt::docs(
@@ -116,9 +116,9 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["leapfrog", "explicit-euler"]).time(0.1, 20.0),
     question: Question::LongestStep,
-    attempt: "Add damping, as much as you like: the limit does not move. Then multiply k/m by 100: \
-              how much shorter must the step be?",
-    low: "At this step the energy only swings. Take a longer one.",
+    attempt: "Add as much damping as you like: the limit does not change. Then multiply k/m by \
+              100: how much shorter must the step be?",
+    low: "At this step the energy oscillates but does not grow. Take a longer one.",
     high: "At this step the energy explodes within a few steps. Take a shorter one.",
     traps: &[
         Trap {

@@ -88,9 +88,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "The implicit midpoint: all of the energy, in slow motion",
-    idea: "One implicit stage in the middle of the step. On linear springs it keeps the energy \
-           exactly at every step size. The price is time: an oscillation that the step does not \
-           resolve goes on for ever, and too slowly. A step turns it by 2 atan(ωh/2) in place of \
+    idea: "The method has one implicit stage, in the middle of the step. On linear springs it \
+           keeps the energy exactly at every step size. But an oscillation that the step does not \
+           resolve never decays, and it is too slow: a step turns it by 2 atan(ωh/2) instead of \
            ωh.",
     docs: "drape-midpoint",
     sources: drape_midpoint::SOURCES,
@@ -103,8 +103,7 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["midpoint", "exponential"]).time(0.2, 4.0),
     question: Question::Period,
-    attempt: "Make the step longer and longer: which number of steps does a period never fall \
-              below?",
+    attempt: "Make the step longer and longer: how many steps does a period take at least?",
     low: "The oscillation is slower than that: count the steps of the first pane, not of the \
           second.",
     high: "The oscillation is faster than that.",

@@ -59,10 +59,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Short steps for stiff springs alone",
-    idea: "Tension springs are stiff and cheap, everything else is soft and may be dear. The stiff \
-           springs take several short leapfrog steps inside each long one; the soft forces give \
-           half a kick at its ends. Where soft forces kick in time with a fast oscillation, they \
-           can resonate.",
+    idea: "Tension springs are stiff and cheap to evaluate; other forces are soft and may be \
+           expensive. The stiff springs take several short leapfrog steps inside each long step, \
+           and the soft forces give half a kick at both of its ends. If these kicks keep time with \
+           a fast oscillation, they resonate.",
     docs: "drape-multirate",
     sources: drape_multirate::SOURCES,
     equation: Excerpt::docs("v ← v + H/2 M⁻¹ F_S(x_n)", "v ← v + H/2 M⁻¹ F_S(x_{n+1})"),
@@ -74,9 +74,9 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["multirate", "leapfrog"]).time(0.3, 30.0),
     question: Question::LongestStep,
-    attempt: "Set ratio=6: how does the limit follow? On a sheet with shear springs the limit is \
+    attempt: "Set ratio=6: how does the limit change? On a sheet with shear springs the limit is \
               lower; try hanging-textile-sheared-1e4.",
-    low: "At this step the energy only swings. Take a longer one.",
+    low: "At this step the energy oscillates but does not grow. Take a longer one.",
     high: "At this step the energy explodes. Take a shorter one.",
     traps: &[Trap {
         value: |s| 2.0 / libm::sqrt(s.stiffness),

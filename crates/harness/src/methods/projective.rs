@@ -116,10 +116,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Projective dynamics: local directions, one constant matrix",
-    idea: "A step of backward Euler is the minimum of an energy. Each spring first chooses the \
-           direction that it would like, on its own; then one solve with a constant matrix joins \
-           all wishes. On a single spring the wish is right at once, so one iteration ends the \
-           step; in a stiff cloth ten iterations are far from the end.",
+    idea: "A step of backward Euler is the minimum of an energy. First each spring finds its best \
+           direction alone; then one solve with a constant matrix joins all directions. On a \
+           single spring the direction is right at once, so one iteration completes the step. In a \
+           stiff cloth, ten iterations are far from convergence.",
     docs: "drape-projective",
     sources: drape_projective::SOURCES,
     equation: Excerpt::docs(
@@ -134,10 +134,10 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["projective", "exponential"]).time(0.005, 1.0),
     question: Question::EnergyLeft,
-    attempt: "Open hanging-textile-1e6 with projective beside projective:converged: what do ten \
-              iterations leave undone?",
+    attempt: "Open hanging-textile-1e6 with projective beside projective:converged: how far are \
+              ten iterations from convergence?",
     low: "It keeps more than that.",
-    high: "It damps like the method whose minimum it looks for.",
+    high: "It damps like backward Euler, whose minimum it searches for.",
     traps: &[
         Trap { value: |_| 100.0, hint: "The exact motion keeps all of it; this method does not." },
         Trap {

@@ -43,10 +43,9 @@ fn case(_: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Provot: shorten what has become too long",
-    idea: "The step is explicit. After it each spring that is longer than its limit is pulled back \
-           to the limit by moving its ends. A cloth of soft springs then looks stiff at a long \
-           step. What the springs would have held as energy is thrown away, so this is no longer \
-           the motion of the springs.",
+    idea: "The step is explicit. After it, the method shortens each spring that is longer than its \
+           limit, by moving its ends. A cloth of soft springs then looks stiff at a long step. The \
+           energy of the stretch is lost, so this is no longer the motion of the springs.",
     docs: "drape-provot",
     sources: drape_provot::SOURCES,
     equation: Excerpt::docs(
@@ -63,13 +62,14 @@ static LESSON: Lesson = Lesson {
         .spring(1.0, 0.0)
         .time(0.02, 4.0),
     question: Question::GreatestStretch,
-    attempt: "Set limit=0.6, so that the spring never meets it: both panes agree. Where does the \
-              kinetic energy go when the limit is met?",
+    attempt: "Set limit=0.6, which the spring never reaches: both panes agree. Where does the \
+              kinetic energy go when the spring reaches a limit?",
     low: "The spring becomes longer than that before the limit holds it.",
     high: "The limit does not let the spring become that long.",
     traps: &[Trap {
         value: |s| 50.0 / libm::sqrt(s.stiffness),
-        hint: "That is the stretch of the free oscillation v/ω. The second pane reaches it, the first is held back.",
+        hint: "That is the stretch of the free oscillation, v/ω. The second pane reaches it; in \
+               the first the limit prevents it.",
     }],
     study: "course",
 };

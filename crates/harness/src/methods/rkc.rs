@@ -53,10 +53,9 @@ fn case(_: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Runge, Kutta and Chebyshev: stages against damping",
-    idea: "An explicit step may be divided in a clever way. With stages at the points of a \
-           Chebyshev polynomial the range of damping that is stable grows with the square of their \
-           number, not with the number itself. So heavy damping costs few evaluations, without any \
-           solve.",
+    idea: "An explicit step has several stages. If they follow Chebyshev polynomials, the range of \
+           stable damping grows with the square of their number, not with the number itself. So \
+           heavy damping costs few evaluations and no solve.",
     docs: "drape-rkc",
     sources: drape_rkc::SOURCES,
     equation: Excerpt::docs("w₀ = 1 + ε/s²", "P_s(z) = a_s + b_s T_s(w₀ + w₁ z)"),
@@ -81,7 +80,8 @@ static LESSON: Lesson = Lesson {
         },
         Trap {
             value: |s| 2.0 * f64::from(STAGES) / s.damping,
-            hint: "That many steps of explicit Euler would go as far. Chebyshev stages go further: their reach grows with the square of their number.",
+            hint: "That is the limit of as many steps of explicit Euler. Chebyshev stages allow a \
+                   longer step: their limit grows with the square of their number.",
         },
     ],
     study: "stability",

@@ -98,9 +98,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Order 2 without iterations",
-    idea: "The Jacobian is built into the stages instead of being iterated with. Two linear solves \
-           with one matrix give order 2, and what the step cannot resolve dies out. On linear \
-           springs that is the same as a diagonally implicit method of two stages.",
+    idea: "The Jacobian is a part of the formula of the stages, so the method needs no iteration. \
+           Two linear solves with one matrix give order 2, and motion that the step cannot resolve \
+           dies out. On linear springs the method equals a diagonally implicit method of two \
+           stages.",
     docs: "drape-rosenbrock",
     sources: drape_rosenbrock::SOURCES,
     equation: Excerpt::docs(

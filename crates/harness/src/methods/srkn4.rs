@@ -77,9 +77,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Order 4 without a solve",
-    idea: "Six kicks and six drifts of different lengths, some of them backwards, cancel all \
-           errors up to order 4, and the map still keeps areas. A step costs six forces. It may \
-           be longer than a step of leapfrog, and its error is far smaller.",
+    idea: "A step has six kicks and six drifts of different lengths, some of them backwards. They \
+           cancel all errors up to order 4, and the map still preserves areas. A step costs six \
+           evaluations of the forces. It may be longer than a step of leapfrog, and its error is \
+           far smaller.",
     docs: "drape-srkn4",
     sources: drape_srkn4::SOURCES,
     equation: Excerpt::docs("v ← e^{−b h M⁻¹D} v + …", "(N3)"),
@@ -92,7 +93,8 @@ static LESSON: Lesson = Lesson {
     setting: Setting::oscillator(&["srkn4", "leapfrog"]).spring(100.0, 1.0).time(0.3, 20.0),
     question: Question::LongestStep,
     attempt: "Divide the limit by six, the number of force evaluations, and compare with leapfrog: \
-              what is the price of order 4 at the limit, and what does it buy at a fifth of it?",
+              how much does order 4 cost at the limit, and how much accuracy does it gain at a \
+              fifth of it?",
     low: "At this step the total energy still falls. Take a longer one.",
     high: "At this step the oscillation grows. Take a shorter one.",
     traps: &[
@@ -102,7 +104,8 @@ static LESSON: Lesson = Lesson {
         },
         Trap {
             value: |s| 12.0 / libm::sqrt(s.stiffness),
-            hint: "Six steps of leapfrog would go as far. Some of the six drifts go backwards, which costs length.",
+            hint: "That is the limit of six steps of leapfrog. Some of the six drifts go \
+                   backwards, which makes the limit shorter.",
         },
     ],
     study: "stability",

@@ -62,9 +62,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Symplectic Euler: the new velocity moves the positions",
-    idea: "One word differs from explicit Euler: the positions move with the new velocity. The map \
-           then keeps areas in the space of position and velocity, so an oscillation cannot grow \
-           below the limit. Explicit damping costs some of that limit instead of helping.",
+    idea: "The method differs from explicit Euler in one word: the positions move with the new \
+           velocity. The map then preserves areas in the space of position and velocity, so an \
+           oscillation cannot grow below the limit. Explicit damping makes that limit shorter.",
     docs: "drape-explicit-euler",
     sources: drape_explicit_euler::SOURCES,
     equation: Excerpt::docs(
@@ -83,7 +83,7 @@ static LESSON: Lesson = Lesson {
         .time(0.15, 20.0),
     question: Question::LongestStep,
     attempt: "The second pane takes the damping at the new velocity: find its limit too. Which \
-              damping helps, which one hurts?",
+              damping makes the limit longer, which one makes it shorter?",
     low: "At this step the total energy still falls. Take a longer one.",
     high: "At this step the oscillation grows: explicit damping lowers the limit.",
     traps: &[

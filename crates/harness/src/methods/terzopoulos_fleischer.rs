@@ -73,9 +73,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Implicit in name: the secant stiffness",
-    idea: "The force of a spring is written as a secant stiffness times its vector, and only the \
-           vector is taken at the new level. Near the rest length the secant stiffness is almost \
-           nothing, so along the spring the force is as explicit as in leapfrog, and so is the \
+    idea: "The method writes the force of a spring as a secant stiffness times its vector, and \
+           takes only the vector at the new level. Near the rest length the secant stiffness is \
+           almost zero. So along the spring the force is as explicit as in leapfrog, with the same \
            limit of the step. Across a stretched spring the step is implicit.",
     docs: "drape-terzopoulos-fleischer",
     sources: drape_terzopoulos_fleischer::SOURCES,
@@ -90,8 +90,8 @@ static LESSON: Lesson = Lesson {
         .spring(100.0, 2.0)
         .time(0.1, 20.0),
     question: Question::LongestStep,
-    attempt: "Take the damping away and let it run for minutes: the energy creeps up at every \
-              step size, since the length of the spring is the old one.",
+    attempt: "Set the damping to 0 and let it run for minutes: the energy creeps up at every step \
+              size, because the method uses the old length of the spring.",
     low: "At this step the total energy still falls. Take a longer one.",
     high: "At this step the motion along the spring grows: only the part across it is implicit.",
     traps: &[Trap {

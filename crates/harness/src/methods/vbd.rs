@@ -61,10 +61,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Vertex block descent: one particle after the other",
-    idea: "Each particle moves to the minimum that its neighbours leave it, and a fixed number of \
-           sweeps visits all of them. There is no matrix. A particle on a pinned spring is one \
-           block of three numbers, which one sweep solves: then the step is one of backward Euler. \
-           In a stiff cloth a wish travels one spring in half a sweep.",
+    idea: "Each particle moves to the minimum that its neighbours leave it, in a fixed number of \
+           sweeps over all particles. The method has no matrix. A particle on a pinned spring is \
+           one block of three unknowns, which one sweep solves: then the step is one of backward \
+           Euler. In a stiff cloth a change travels only one spring in half a sweep.",
     docs: "drape-vbd",
     sources: drape_vbd::SOURCES,
     equation: Excerpt::docs(

@@ -81,10 +81,10 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "XPBD: many small substeps instead of many iterations",
-    idea: "A spring is a constraint that yields. The step is cut into twenty substeps, and in each \
-           of them every spring is corrected once. On one spring a correction is a substep of \
-           backward Euler, so the damping of the method is that of the substep: twenty times as \
-           many steps, each with a four-hundredth of θ.",
+    idea: "A spring is a constraint with a compliance. The step is divided into twenty substeps, \
+           and each of them corrects every spring once. On one spring a correction is a substep of \
+           backward Euler. So the method damps like backward Euler with the substep: twenty times \
+           as many steps, each with a four-hundredth of θ.",
     docs: "drape-xpbd",
     sources: drape_xpbd::SOURCES,
     equation: Excerpt::docs(
@@ -99,9 +99,10 @@ static LESSON: Lesson = Lesson {
     load: None,
     setting: Setting::oscillator(&["xpbd", "backward-euler"]).time(0.1, 1.0),
     question: Question::EnergyLeft,
-    attempt: "Compare substeps=1 and substeps=100. What does a substep cost, and what does it buy?",
+    attempt: "Compare substeps=1 and substeps=100. How much does a substep cost, and how much \
+              accuracy does it gain?",
     low: "The substeps are short: it keeps more than that.",
-    high: "It loses more than that: also short substeps damp.",
+    high: "It loses more than that: even short substeps damp.",
     traps: &[
         Trap {
             value: |s| Law::OneStep(backward_euler).left(s),

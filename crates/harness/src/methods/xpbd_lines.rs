@@ -80,10 +80,9 @@ fn case(problem: &Problem<'_>) -> Expectation {
 /// Its lesson.
 static LESSON: Lesson = Lesson {
     title: "Whole lines of the weave at once",
-    idea: "The springs of a line hang together like a chain, and the equations of a chain have \
-           three diagonals: elimination solves them in one go, and a pull crosses the sheet in a \
-           single sweep. So accurate a sweep allows two-step differences between the substeps, and \
-           these hardly damp.",
+    idea: "The springs of a line form a chain, and the equations of a chain are tridiagonal. \
+           Elimination solves them at once, so a pull crosses the sheet in a single sweep. Because \
+           a sweep is this accurate, the substeps can use two-step differences, which hardly damp.",
     docs: "drape-xpbd-lines",
     sources: drape_xpbd_lines::SOURCES,
     equation: Excerpt::docs("x* = ((1+ω)² x_n − ω² x_{n−1})/(1+2ω),   v* likewise,", "(L2)"),

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Arguments {
     /// Id of the claim (see `drape list claims`)
     id: String,
-    /// Writes the systems that it builds, and from which its runs start, into this folder, to be
-    /// run by hand: C12-001.json and so on, the smallest first
+    /// Write the systems from which the runs of the claim start into this folder, so that you can
+    /// run them yourself: C12-001.json and so on, the smallest first
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
 }

@@ -20,11 +20,11 @@ use std::time::Duration;
 pub(crate) struct Arguments {
     /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Methods between commas, with settings after a colon: imex-euler,xpbd:order=2 (default: all,
-    /// in the forms that the studies run)
+    /// Methods, separated by commas, with settings after a colon: imex-euler,xpbd:order=2 (default:
+    /// all, in the forms that the studies run)
     #[arg(long, value_name = "ID,ID")]
     methods: Option<String>,
-    /// How errors are measured: distance of the surfaces, or of the particles
+    /// Measure of the error: distance of the surfaces, or of the particles
     #[arg(long, value_enum, default_value = "shape")]
     metric: MetricArgument,
     /// Greatest error, m (default: a hundredth of the longest side of the cloth)
@@ -33,30 +33,30 @@ pub(crate) struct Arguments {
     /// Length of a frame, s: a number or a fraction
     #[arg(long, value_name = "S", default_value = "1/60", allow_hyphen_values = true)]
     frame: String,
-    /// Wall time that may be spent: 90, 90s, 5m or 1h
+    /// Limit of the wall time: 90, 90s, 5m or 1h
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true)]
     budget: String,
     /// Simulated time, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// Of the perturbed starts that tell the noise
+    /// Seed of the perturbed starts that measure the noise
     #[arg(long, value_name = "N", default_value_t = 20)]
     seed: u64,
-    /// Run every form until it meets the target, also where another leads by far
+    /// Run every form until it meets the target, even if another leads by far
     #[arg(long)]
     exhaustive: bool,
     /// Folder for compare.json and compare.html
     #[arg(long, value_name = "DIR", default_value = "compare")]
     out: PathBuf,
-    /// Begin anew, where an interrupted comparison would go on
+    /// Start from the beginning and discard the findings of an interrupted comparison
     #[arg(long)]
     fresh: bool,
-    /// Race only the forms whose hash falls to shard I of N, and write no advice; --parts joins
-    /// shards. Each needs a machine of its own, because times count
+    /// Run only the forms whose hash belongs to shard I of N, and give no advice; --parts joins
+    /// shards. Run each shard on a machine of its own, because its times count
     #[arg(long, value_name = "I/N", conflicts_with = "parts")]
     shard: Option<Shard>,
-    /// Folders of shards of the same comparison, which this one takes up. What none of them holds
-    /// is run here
+    /// Folders of shards of the same comparison. The command joins their findings and runs the
+    /// forms that are missing in all of them
     #[arg(long, value_name = "DIR,DIR", value_delimiter = ',')]
     parts: Vec<PathBuf>,
     #[command(flatten)]
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
 enum MetricArgument {
     /// Mean distance of the surfaces
     Shape,
-    /// Root of the mean square distance of the particles
+    /// Root mean square distance of the particles
     Trajectory,
 }
 

@@ -14,8 +14,8 @@ use std::time::Instant;
 pub(crate) struct Arguments {
     /// Name of the experiment (see `drape list experiments`)
     name: String,
-    /// Folder for the results [default: results; with --quick: results-quick; with methods that
-    /// were added or chosen: results-own]
+    /// Folder for the results [default: results; with --quick: results-quick; with added or chosen
+    /// methods: results-own]
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     quick: bool,
     #[command(flatten)]
     shard: ShardArgument,
-    /// Start anew and discard the cells that an interrupted run has finished
+    /// Start from the beginning and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
 }
@@ -33,8 +33,8 @@ pub(crate) struct Arguments {
 /// The methods that studies compare.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MethodArguments {
-    /// Compare only these methods, in studies that compare all: ids, or program:COMMAND for a
-    /// program of your own; separated by commas, or given several times
+    /// In studies that compare all methods, compare only these: ids, or program:COMMAND for a
+    /// program of your own; separate them by commas, or repeat the option
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     methods: Vec<String>,
 }
@@ -42,8 +42,8 @@ pub(crate) struct MethodArguments {
 /// The part of the cells that is computed.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct ShardArgument {
-    /// Compute only the I-th of N parts of the cells, or `timed`: those that are timed. The folder
-    /// of --out then holds no record, but what `drape merge` joins
+    /// Compute only part I of N of the cells, or `timed` for the timed cells. The folder of --out
+    /// then holds the parts that `drape merge` joins, and no record
     #[arg(long, value_name = "I/N", requires = "out")]
     shard: Option<Shard>,
 }

@@ -14,8 +14,8 @@ use crate::cli::parquet;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder with records (JSON files that `drape reproduce` writes); those of timings and engines
-    /// stand in the folders `timings` and `engines` in it; or the folder of a comparison
+    /// Folder with records (JSON files that `drape reproduce` writes), with timings and engines in
+    /// its folders `timings` and `engines`; or the folder of a comparison
     #[arg(default_value = "results")]
     folder: PathBuf,
     /// Format of the tables
@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     /// Only these studies, separated by commas; `compare` is the record of `drape compare`
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Replace tables that are there
+    /// Replace existing tables
     #[arg(long)]
     force: bool,
 }
@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return Err(Violation {
             path: "--out".to_owned(),
             value: format!("`{}`", file.display()),
-            expected: "a file that is not there yet, or --force".to_owned(),
+            expected: "a file that does not exist yet, or --force to replace it".to_owned(),
         }
         .into());
     }

@@ -19,8 +19,8 @@ pub(crate) struct Arguments {
     /// Print JSON (format "drape-inspection/1") instead of text
     #[arg(long)]
     json: bool,
-    /// Draw the cloth at the start into this file: connected groups in colours of their own, each
-    /// part of the boundary with dots of another colour, pins inside the cloth as white dots
+    /// Draw the cloth at the start into this file. Each connected group has its own colour, each
+    /// part of the boundary has dots of its own colour, and pins inside the cloth are white dots
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
     #[command(flatten)]

@@ -8,13 +8,13 @@ use std::process::{Command, Stdio};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Port of 127.0.0.1 to listen on; 0 takes any free one
+    /// Port of 127.0.0.1 to listen on; 0 chooses a free one
     #[arg(long, value_name = "N", default_value_t = 0)]
     port: u16,
-    /// Print the address, and open no browser
+    /// Print the address and do not open a browser
     #[arg(long)]
     no_open: bool,
-    /// Begin with the set-up of a link: its part after #
+    /// Start with the set-up of a link, which is its part after #
     #[arg(long, value_name = "TEXT")]
     setup: Option<String>,
 }

@@ -18,8 +18,8 @@ pub(crate) struct Arguments {
     /// Name of the material (default: of the file and the row)
     #[arg(long)]
     name: Option<String>,
-    /// Material that gives what a table does not have: tension, shear and retardation; a bundled
-    /// one or a file
+    /// Material (bundled or a file) that provides the constants that a table lacks: tension, shear
+    /// and retardation
     #[arg(long, value_name = "MATERIAL", default_value = "cotton-blend")]
     like: String,
     #[arg(long = "reading", value_name = "KEY=VALUE", help = readings::HELP)]

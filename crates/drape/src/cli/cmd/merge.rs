@@ -11,7 +11,8 @@ use std::path::PathBuf;
 pub(crate) struct Arguments {
     /// Folder for the results
     out: PathBuf,
-    /// Folders of runs with --shard. What lies in OUT from an earlier merge is joined too
+    /// Folders of runs with --shard. The command also joins the parts that an earlier merge left
+    /// in OUT
     #[arg(value_name = "PART")]
     parts: Vec<PathBuf>,
     #[command(flatten)]

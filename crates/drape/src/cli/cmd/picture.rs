@@ -16,8 +16,8 @@ use std::str::FromStr;
 pub(crate) struct Arguments {
     /// Name of a bundled scene, or a file with a scene or a discretised system
     scene: String,
-    /// Id of a method; settings follow a colon. May be repeated: the methods stand side by side,
-    /// seen by one camera
+    /// Id of a method; settings follow a colon. If repeated, the picture shows the methods side by
+    /// side, from the same camera
     #[arg(long = "method", value_name = "METHOD", default_value = "backward-euler")]
     methods: Vec<String>,
     /// A setting of the method; may be repeated
@@ -29,8 +29,8 @@ pub(crate) struct Arguments {
     /// Simulated time, s (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// Moment of the picture, s; may be repeated (default: the end). The picture shows the first
-    /// step that ends then or later
+    /// Time of the picture, s; may be repeated (default: the end). The picture shows the end of the
+    /// first step that ends at this time or later
     #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
     times: Vec<f64>,
     /// File for the picture, or - for standard output; several pictures get numbers: FILE-1.png
@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     /// Camera: auto, front, side, top, or AZIMUTH,ELEVATION in degrees
     #[arg(long, value_name = "VIEW", default_value = "auto", allow_hyphen_values = true)]
     camera: String,
-    /// Draws no ground and no shadow
+    /// Draw no ground and no shadow
     #[arg(long)]
     no_ground: bool,
     #[command(flatten)]

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ProbeArguments {
-    /// What to follow over time: the index of a particle, pins (their mean), group:N or boundary:N
-    /// (the mean of a connected group or of a part of the boundary, as drape inspect numbers them),
-    /// stretch (greatest and mean strain of the springs), lowest (the lowest particle) or energy;
-    /// may be repeated
+    /// Quantity to record over time; may be repeated. One of: the index of a particle; pins (their
+    /// mean); group:N or boundary:N (the mean of a connected group or of a part of the boundary,
+    /// numbered as by drape inspect); stretch (greatest and mean strain of the springs); lowest
+    /// (the lowest particle); energy
     #[arg(long = "probe", value_name = "WHAT")]
     probes: Vec<String>,
-    /// Write what is followed into this file: .csv or .json (format "drape-probe/1"). It has at
-    /// most 1000 times after the start
+    /// Write the recorded quantities into this file: .csv or .json (format "drape-probe/1"), with
+    /// at most 1000 times after the start
     #[arg(long, value_name = "FILE")]
     probe_out: Option<PathBuf>,
 }

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for the results [default: results; with --quick: results-quick; with methods that
-    /// were added or chosen: results-own]
+    /// Folder for the results [default: results; with --quick: results-quick; with added or chosen
+    /// methods: results-own]
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -18,12 +18,11 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
-    /// Compute the long experiments alone, which are left out otherwise; with --quick, all have a
-    /// part
+    /// Run only the long experiments, which a full run leaves out (--quick runs a part of them)
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     long: bool,
-    /// End a long experiment after so many minutes: the record then names what is missing, and the
-    /// next run goes on, with the run that was under way from its start
+    /// End a long experiment after this many minutes. The record then names what is missing. The
+    /// next run continues and repeats the cell that was interrupted
     #[arg(long, value_name = "N", requires = "long", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     minutes: Option<u64>,
     #[command(flatten)]
@@ -31,7 +30,7 @@ pub(crate) struct Arguments {
     /// Run only these experiments, separated by commas
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
-    /// Start anew and discard the cells that an interrupted run has finished
+    /// Start from the beginning and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
 }

@@ -39,8 +39,9 @@ pub(crate) struct Arguments {
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Write the run into this file: .json (format "drape-run/2"), or .csv for the energies and
-    /// momenta over time alone; - is standard output, and the summary then goes to standard error
+    /// Write the run into this file: .json (format "drape-run/2"), or .csv with only the energies
+    /// and momenta over time. With - the run goes to standard output and the summary to standard
+    /// error
     #[arg(long)]
     out: Option<PathBuf>,
     /// Also record the seconds of each phase of a step

@@ -501,7 +501,8 @@ fn scenes(input: &Input) -> Table {
         "strain (%)",
     ];
     Table {
-        title: "**Scenes**: fabrics by their constants, as stiff on every mesh.".to_owned(),
+        title: "**Scenes**: fabrics with measured constants, equally stiff on every mesh."
+            .to_owned(),
         header: texts(&header),
         names: 1,
         rows: input.facts.scenes.iter().map(line).collect(),
@@ -583,8 +584,8 @@ fn errors(input: &Input) -> Table {
     };
     let scenes = shown(input).map(|scene| scene.id.clone());
     Table {
-        title: "**All runs**: calls a frame, and the error that ranks in mm, or the verdict. Where nothing \
-                ranks: the share of the kinetic energy kept."
+        title: "**All runs**: calls a frame with the ranking error in mm, or the verdict. If no \
+                error ranks the runs: the share of the kinetic energy that is kept."
             .to_owned(),
         header: std::iter::once("form".to_owned()).chain(scenes).collect(),
         names: 1,

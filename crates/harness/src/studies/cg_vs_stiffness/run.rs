@@ -230,10 +230,11 @@ fn motion(stiffness: f64, label: &str, method: &str) -> Result<Motion, HarnessEr
 pub(super) fn method() -> String {
     "The hanging textile (structural springs, d/m = 40 s⁻¹) runs for one second; the record sums \
      the CG iterations. One factor varies at a time around a base point: h = 0.01 s, ε = 0.05, \
-     IC(0), extrapolated start. For the motion, shear springs of a tenth of the stiffness are \
-     added; the fall of the free edge's midpoint is taken after 0.3 s, at default settings. \
-     Verdicts are as in the study `tables`; above k/m = 10⁷ s⁻² the released energy is that of \
-     10⁷. The robust form uses Newton's method above h²k/m = 100, where its CG count is 0."
+     IC(0), extrapolated start. To measure the motion, the study adds shear springs of a tenth of \
+     the stiffness and runs at default settings; it takes the fall of the free edge's midpoint \
+     after 0.3 s. Verdicts are as in the study `tables`, but above k/m = 10⁷ s⁻² they use the \
+     energy that is released at 10⁷ s⁻². Above h²k/m = 100 the robust form uses Newton's method; \
+     its CG count is 0 there."
         .to_owned()
 }
 

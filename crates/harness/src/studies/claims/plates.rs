@@ -136,8 +136,8 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
     let mut tables = vec![ledger(
         input,
         &of_kind(input, false),
-        "**The ledger.** Claims, where they stand, criteria with their verdicts, and what helps where \
-         one fails.",
+        "**The ledger.** Claims with their place in the paper, their criteria and verdicts, and a \
+         remedy where a criterion fails.",
         "§",
     )];
     if !later.is_empty() {
@@ -225,8 +225,9 @@ fn ways(input: &Input) -> Table {
     let fixed = ["id", "claim", "stands", "criterion"].map(str::to_owned);
     let further = (2..2 + most).map(|number| format!("reading {number}"));
     Table {
-        title: "**The readings.** Claims whose words can be read in several ways, or whose \
-                parameter the paper does not print; each reading with its verdict and numbers."
+        title: "**The readings.** Some claims allow several readings, or depend on a parameter \
+                that the paper does not print. The table lists each reading with its verdict and \
+                numbers."
             .to_owned(),
         header: fixed.into_iter().chain(further).collect(),
         names: 4 + most,
@@ -240,7 +241,7 @@ fn evidence(input: &Input) -> Table {
         vec![row.id.clone(), row.scenes.clone(), numbers.join("; ")]
     };
     Table {
-        title: "**The evidence.** What was run, and the numbers behind each verdict.".to_owned(),
+        title: "**The evidence.** The runs and the numbers behind each verdict.".to_owned(),
         header: texts(&["id", "scenes", "numbers"]),
         names: 3,
         rows: input.facts.claims.iter().map(line).collect(),

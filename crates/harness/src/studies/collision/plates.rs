@@ -253,9 +253,8 @@ fn ways(input: &Input) -> Table {
     Table {
         title: "**Ways out, those that gain energy least often first.** Factor: iterations over \
                 those with the velocity constraint, least, middle and greatest, where neither run \
-            gains energy. Contact: iterations in contact over those before. Release: rises of the \
-            energy as particles leave, over the available energy, at \
-            worst."
+                gains energy. Contact: iterations in contact over those before. Release: the \
+                worst rise of the energy as particles leave, over the available energy."
             .to_owned(),
         header: texts(&[
             "method, way out",

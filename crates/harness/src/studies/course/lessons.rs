@@ -26,160 +26,157 @@ pub(super) const LESSONS: [Plan; 24] = [
     Plan {
         method: "explicit-euler",
         docs: "drape-explicit-euler",
-        idea: "Positions move with the old velocities, velocities with the forces at the old \
-               positions. Nothing has to be solved: one evaluation of the forces is the whole \
-               step.",
+        idea: "Positions move with the old velocities, and velocities with the forces at the old \
+               positions. The method solves no equations: a step is one evaluation of the forces.",
     },
     Plan {
         method: "leapfrog:step=bound,safety=0.95,solver=cg",
         docs: "drape-explicit-euler",
-        idea: "Velocities and positions take turns, half a step apart, which costs no more and is \
-               of second order. The step is divided into equal parts below 2/ω, the limit that the \
-               stiffest mode of the sheet sets. Damping is taken at the new velocity, by a few \
-               iterations of conjugate gradients that are run down to round-off.",
+        idea: "Velocities and positions take turns, half a step apart. A step costs no more than \
+               one of explicit Euler and is of second order. It is divided into equal parts below \
+               2/ω, the limit that the stiffest mode of the sheet sets. Damping is taken at the \
+               new velocity; a few iterations of conjugate gradients solve for it to round-off.",
     },
     Plan {
         method: "provot",
         docs: "drape-provot",
-        idea: "The full step is kept, whatever the limit says; after it, each spring that is \
-               longer than 1.1 times its rest length is shortened by moving its ends.",
+        idea: "The method takes the full step, even beyond the limit. After the step it shortens \
+               each spring that is longer than 1.1 times its rest length, by moving its ends.",
     },
     Plan {
         method: "backward-euler:solver=cholesky",
         docs: "drape-backward-euler",
-        idea: "The forces are those at the end of the step. That is a nonlinear system in the new \
-               velocities, solved by Newton's method, which sets up and factorises a matrix in \
-               every iteration.",
+        idea: "The forces are those at the end of the step. This gives a nonlinear system in the \
+               new velocities. Newton's method solves it; every iteration sets up and factorises a \
+               matrix.",
     },
     Plan {
         method: "baraff-witkin",
         docs: "drape-baraff-witkin",
-        idea: "One Newton iteration is enough: the forces are linearised at the old positions, and \
-               one linear system is solved by conjugate gradients.",
+        idea: "One Newton iteration replaces the nonlinear solve: the forces are linearised at the \
+               old positions, and conjugate gradients solve one linear system.",
     },
     Plan {
         method: "desbrun",
         docs: "drape-desbrun",
         idea: "Only the linear part of the spring force is taken at the new positions. Its matrix \
-               never changes, so that it is factorised once, before the first step, and one matrix \
-               serves all three coordinates.",
+               never changes, so it is factorised once, before the first step. One matrix serves \
+               all three coordinates.",
     },
     Plan {
         method: "kang",
         docs: "drape-kang",
-        idea: "The system with the constant matrix is not solved at all: each particle is \
-               corrected once by what its neighbours do.",
+        idea: "The method does not solve the system with the constant matrix. Instead, it corrects \
+               each particle once by the motion of its neighbours.",
     },
     Plan {
         method: "imex-euler",
         docs: "drape-imex",
-        idea: "The system with the constant matrix is solved to a tolerance, by conjugate \
-               gradients with an incomplete Cholesky preconditioner. Step size and stiffness may \
-               change at any time, and what is not stiff stays explicit.",
+        idea: "Conjugate gradients with an incomplete Cholesky preconditioner solve the system \
+               with the constant matrix to a tolerance. Step size and stiffness may change at any \
+               time, and forces that are not stiff stay explicit.",
     },
     Plan {
         method: "imex-updated",
         docs: "drape-imex",
-        idea: "The part of the spring force that was left at the old positions is taken anew while \
-               the conjugate gradients run. What they converge to is backward Euler, with the same \
-               constant matrix.",
+        idea: "While the conjugate gradients run, the method updates the part of the spring force \
+               that plain IMEX Euler leaves at the old positions. The iteration converges to \
+               backward Euler, with the same constant matrix.",
     },
     Plan {
         method: "imex-sbdf2",
         docs: "drape-imex",
-        idea: "Two old steps instead of one: differences of second order for the linear part, \
-               extrapolation for the rest. One solve with a constant matrix a step, as plain IMEX \
-               Euler.",
+        idea: "The method uses two old steps instead of one. It takes differences of second order \
+               for the linear part and extrapolates the rest. A step costs one solve with a \
+               constant matrix, as in plain IMEX Euler.",
     },
     Plan {
         method: "imex-rk",
         docs: "drape-imex-rk",
-        idea: "Order 2 without old steps: two stages in a step, each solved with one and the same \
-               constant matrix, the rest of the force taken anew in each.",
+        idea: "The method has order 2 without old steps. A step has two stages, which solve with \
+               the same constant matrix; each stage evaluates the rest of the force anew.",
     },
     Plan {
         method: "dirk:solver=cholesky",
         docs: "drape-dirk",
-        idea: "Two implicit stages (TR-BDF2): half of the step by the trapezoidal rule, the rest \
-               by \
-               backward differences. Each is a Newton solve as in backward Euler, with one matrix \
-               for both. The step is of second order and still damps what it cannot resolve.",
+        idea: "The step has two implicit stages (TR-BDF2). The trapezoidal rule takes its first \
+               part, and backward differences take it to its end. Each stage is a Newton solve as \
+               in backward Euler, with one matrix for both. The step is of second order and still \
+               damps motion that it cannot resolve.",
     },
     Plan {
         method: "projective",
         docs: "drape-projective",
-        idea: "Backward Euler without a Hessian: each spring gives its direction on its own, then \
-               one solve with a constant matrix joins them. This is done ten times, converged or \
-               not.",
+        idea: "This is backward Euler without a Hessian. Each spring finds its direction alone; \
+               then one solve with a constant matrix joins them. The method repeats this ten \
+               times, converged or not.",
     },
     Plan {
         method: "vbd",
         docs: "drape-vbd",
-        idea: "No matrix at all: one particle after the other goes to the minimum that its \
-               neighbours leave it, in twenty sweeps over the sheet.",
+        idea: "The method has no matrix. One particle after the other moves to the minimum that \
+               its neighbours leave it, in twenty sweeps over the sheet.",
     },
     Plan {
         method: "xpbd",
         docs: "drape-xpbd",
-        idea: "Springs are constraints that yield. The step is cut into twenty substeps, and in \
-               each every spring is corrected once, one after the other.",
+        idea: "Springs are constraints with a compliance. The step is divided into twenty \
+               substeps. Each substep corrects every spring once, one after the other.",
     },
     Plan {
         method: "xpbd-lines",
         docs: "drape-xpbd-lines",
-        idea: "The springs of each line of the weave are solved at once, as one tridiagonal \
-               system, in place of one after the other. Two-step differences join the \
-               substeps.",
+        idea: "The method solves all springs of a line of the weave together, as one tridiagonal \
+               system, instead of one after the other. Two-step differences connect the substeps.",
     },
     Plan {
         method: "rkc",
         docs: "drape-rkc",
-        idea: "Explicit again, for damped cloth: each step has so many stages that the \
-               damping of its springs limits it no more, since the range of damping that is \
-               stable grows with the square of their number.",
+        idea: "This method is explicit and made for damped cloth. The range of stable damping \
+               grows with the square of the number of stages. So each step takes enough stages \
+               that the damping of the springs no longer limits it.",
     },
     Plan {
         method: "srkn4:step=bound",
         docs: "drape-srkn4",
-        idea: "Explicit, symplectic and of order 4: six evaluations of the forces a step, \
-               which may be two and a half times as long as that of leapfrog.",
+        idea: "This method is explicit, symplectic and of order 4. A step takes six evaluations of \
+               the forces and may be two and a half times as long as a step of leapfrog.",
     },
     Plan {
         method: "multirate:ratio=30",
         docs: "drape-multirate",
-        idea: "The tension springs take thirty short steps while all other forces act once a \
-               step. What is soft is evaluated less often.",
+        idea: "The tension springs take thirty short steps while all other forces act once a step. \
+               So soft forces are evaluated less often.",
     },
     Plan {
         method: "midpoint:solver=cholesky",
         docs: "drape-midpoint",
-        idea: "One implicit stage, in the middle of the step. Of second order with the cost \
-               of backward Euler, and without any damping of its own.",
+        idea: "The method has one implicit stage, in the middle of the step. It is of second \
+               order, costs as much as backward Euler, and has no damping of its own.",
     },
     Plan {
         method: "generalized-alpha:solver=cholesky",
         docs: "drape-generalized-alpha",
-        idea: "Second order with a dial: how much of the fastest motion is left after a step \
-               is chosen, and slow motion is kept whatever is chosen.",
+        idea: "The method is of second order and has an adjustable damping. A setting says how \
+               much of the fastest motion a step leaves; slow motion is kept at every setting.",
     },
     Plan {
         method: "energy-momentum",
         docs: "drape-energy-momentum",
-        idea: "The midpoint with another force: that of discrete gradients, which changes the \
-               energy by the work of the damping and by nothing else, for springs that turn \
-               as well.",
+        idea: "This is the midpoint rule with another force, that of discrete gradients. Only the \
+               work of the damping changes the energy, even for springs that turn.",
     },
     Plan {
         method: "rosenbrock",
         docs: "drape-rosenbrock",
-        idea: "Linearised as Baraff and Witkin, but of second order: two linear solves with \
-               one matrix, no iteration.",
+        idea: "The method linearises as Baraff and Witkin do, but is of second order: two linear \
+               solves with one matrix, and no iteration.",
     },
     Plan {
         method: "exponential",
         docs: "drape-exponential",
-        idea: "The linearised motion is followed exactly, by its exponential in a Krylov \
-               subspace. No linear system is solved.",
+        idea: "The method follows the linearised motion exactly, by its exponential in a Krylov \
+               subspace. It solves no linear system.",
     },
 ];
 

@@ -422,8 +422,8 @@ fn numbers<'a>(facts: &Facts, lessons: impl Iterator<Item = &'a Lesson>) -> Tabl
     ];
     Table {
         title: "**Every run of the course.** Gain over E_ref; stretch: greatest elongation of a \
-                spring; work in ms of modelled time. –: not measured, as the run was \
-                not stable."
+                spring; work in ms of modelled time. –: not measured, because the run was not \
+                stable."
             .to_owned(),
         header: texts(&columns),
         names: 3,
@@ -459,9 +459,9 @@ fn support(facts: &Facts) -> Table {
     };
     Table {
         names: header.len(),
-        title: "**How each method treats each effect**: implicit, at the new positions and \
-                velocities; explicit, at the old ones; by setting, either; constraint, as a \
-                condition on the new velocity; refused, before anything runs."
+        title: "**How each method treats each effect**. Implicit: at the new positions and \
+                velocities. Explicit: at the old ones. By setting: either. Constraint: as a \
+                condition on the new velocity. Refused: the method does not run such a scene."
             .to_owned(),
         header,
         rows: facts.support.iter().map(row).collect(),

@@ -299,8 +299,7 @@ fn causes(input: &Input, scene: &Scene) -> Table {
     Table {
         title: format!(
             "**Ledger, {}**, the greatest numerical damping first: sums over the run in % of \
-             E_ref = {} J; what adds energy is \
-             positive.",
+             E_ref = {} J; positive terms add energy.",
             scene.id,
             significant(scene.reference_energy_j, 3)
         ),

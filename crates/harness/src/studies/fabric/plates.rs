@@ -296,7 +296,7 @@ fn width_table(facts: &Facts) -> Table {
     Table {
         title:
             "**Narrow and wide strips**: the rigidity B over the stiffness k. Angles, whose k is \
-                B, show what the mesh alone does."
+             B, show the effect of the mesh alone."
                 .to_owned(),
         header: texts(&[
             "model",
@@ -395,7 +395,7 @@ fn tests(facts: &Facts) -> Table {
         ]
     };
     Table {
-        title: "**Drape tests**, one a material, mesh and start.".to_owned(),
+        title: "**Drape tests**, one for each material, mesh and start.".to_owned(),
         header: texts(&[
             "material",
             "squares",

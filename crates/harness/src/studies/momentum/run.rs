@@ -286,14 +286,15 @@ impl<'a> Watch<'a> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     "Nothing is pinned and nothing is damped; k/m = 10⁴ and 10⁶ s⁻², h = 0.01 s, one second. \
-     Spinning sheet: 20 × 20 particles, 1 m × 1 m, structural springs, shear springs of a tenth of \
-     the stiffness; it turns over and over at 2 rad/s without gravity. Falling sheet: the same \
-     under gravity, spinning in its plane; its mass rises from half of the mean on one side to one \
-     and a half on the other. Pair: two particles on a spring of 1 m, 2 rad/s. Angular momentum is \
-     taken about the centre of mass, where gravity has no torque. Drift of momentum: greatest |P − \
-     P₀ − M g t| over mass and greatest speed of the rigid motion. Drift of angular momentum: \
-     greatest |L − L₀| over mass, diagonal and that speed. Explicit methods divide the step by a \
-     power of 2 until h ω_max ≤ 0.1. Solvers are set tight unless a tolerance ε is named."
+     Spinning sheet: 20 × 20 particles, 1 m × 1 m, structural springs, and shear springs of a \
+     tenth of the stiffness; it turns over and over at 2 rad/s without gravity. Falling sheet: \
+     the same sheet under gravity, spinning in its plane; its mass rises from half of the mean on \
+     one side to one and a half times the mean on the other. Pair: two particles on a spring of 1 \
+     m, at 2 rad/s. Angular momentum is taken about the centre of mass, where gravity has no \
+     torque. Drift of momentum: the greatest |P − P₀ − M g t|, over the mass and the greatest \
+     speed of the rigid motion. Drift of angular momentum: the greatest |L − L₀|, over the mass, \
+     the diagonal and that speed. Explicit methods divide the step by a power of 2 until h ω_max \
+     ≤ 0.1. Solvers have tight tolerances unless a tolerance ε is named."
         .to_owned()
 }
 

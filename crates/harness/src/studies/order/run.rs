@@ -196,13 +196,13 @@ pub(super) fn method() -> String {
     "A sheet of 6 × 6 particles (1 m × 1 m, 1 g each, structural springs, shear springs of a \
      quarter of the stiffness, d/m = 2 s⁻¹, two corners pinned, 0.02 m out of its plane at the \
      start) falls for 0.25 s. The error is the mass-weighted distance of the final positions from \
-     the exact ones, over how far the sheet has moved. The exact ones are those of DOP853 \
-     (adaptive, order 8) at tolerance 1e-12; a run at 1e-11 tells their error. Each of four steps \
-     is half the one before. The observed order is the slope of log e over log h by least squares; \
-     C = e/hᵖ is taken at the finest step. Smooth: k/m = 400 s⁻², h from 0.00625 s, h ω_max < 0.4; \
-     an order is accepted within 0.15. Stiff: k/m = 10⁴ and 10⁶ s⁻², h from 0.01 s. A run that \
-     ends farther from the reference than the sheet has moved counts as diverged and is left out \
-     of the slope, which needs three runs."
+     the reference, over the distance that the sheet has moved. The reference is DOP853 \
+     (adaptive, order 8) at tolerance 1e-12; a run at 1e-11 measures its error. Each of four \
+     steps is half of the one before. The observed order is the slope of log e over log h by \
+     least squares; C = e/hᵖ is taken at the finest step. Smooth: k/m = 400 s⁻², h from 0.00625 \
+     s, h ω_max < 0.4; an order is accepted within 0.15. Stiff: k/m = 10⁴ and 10⁶ s⁻², h from \
+     0.01 s. A run counts as diverged if it ends farther from the reference than the sheet has \
+     moved. It is left out of the slope, which needs three runs."
         .to_owned()
 }
 

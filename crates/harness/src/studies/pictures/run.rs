@@ -154,11 +154,12 @@ pub(super) fn method() -> String {
         "The paper shows a table cloth that drapes over a square table and a textile held at two \
          corners, without sizes and times. Here the bundled scenes `{TABLE}` (row 4 of table 2, \
          with shear springs of k/m = {} s⁻² and bending springs of {} s⁻² added) and `{HANGING}` \
-         move by {FINE_METHOD} with h = {FINE} s, well below its limit: they show the equations, \
-         not a method. The methods move the sheet of `{STIFF}` (20 × 20 particles, k/m = 10⁶ s⁻², \
-         d/m = 40 s⁻¹, released flat) at their default settings with h = {STEP} s, ten times the \
-         step of the paper's table; the reference is {FINE_METHOD} with h = {FINE} s. Positions \
-         are those of display, outside of obstacles, rounded to 1e-5 m.",
+         move by {FINE_METHOD} with h = {FINE} s, well below its limit. These two pictures show \
+         the equations, not a method. The methods move the sheet of `{STIFF}` (20 × 20 particles, \
+         k/m = 10⁶ s⁻², d/m = 40 s⁻¹, released flat) at their default settings. Their step is h = \
+         {STEP} s, ten times the step of the paper's table; the reference is {FINE_METHOD} with h \
+         = {FINE} s. Pictures show the displayed positions, which lie outside of obstacles, \
+         rounded to 1e-5 m.",
         SHEAR[0], BENDING[0]
     )
 }

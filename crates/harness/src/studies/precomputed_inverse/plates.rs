@@ -156,10 +156,9 @@ fn solvers(input: &Input) -> Table {
         ]
     };
     Table {
-        title: "**Counted**: entries and memory of what is kept, operations to make it and to \
-                solve once, their quotient, CG iterations a step, relative difference of the \
-            solution to the sparse \
-            factor's."
+        title: "**Counted**: entries and memory of the stored matrix or factor, operations to \
+                compute it and to solve once, their ratio, CG iterations a step, relative \
+                difference of the solution to the sparse factor's."
             .to_owned(),
         header: texts(&[
             "particles",

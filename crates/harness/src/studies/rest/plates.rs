@@ -224,8 +224,8 @@ fn endings(input: &Input) -> Table {
     let scenes = input.facts.scenes.iter().map(|scene| scene.id.clone());
     Table {
         title:
-            "**All runs**: steps in 0.1 s, and when the cloth has come to rest in a right shape, \
-                or the verdict."
+            "**All runs**: steps in 0.1 s, and the time at which the cloth has come to rest in a \
+             right shape, or the verdict."
                 .to_owned(),
         header: std::iter::once("form".to_owned()).chain(scenes).collect(),
         names: 1,

@@ -38,7 +38,7 @@ fn growth(facts: &Facts, series: &str, begin: &str) -> Option<String> {
     } else if least < LEVEL {
         let grow = own.iter().filter(|growth| growth.power() >= LEVEL).count();
         format!(
-            "{begin}, {what} grow in {grow} of {} methods, at most as n to the power \
+            "{begin}, {what} grow in {grow} of {} forms, at most as n to the power \
              {greatest:.2}.",
             own.len()
         )
@@ -106,12 +106,12 @@ fn caveats(facts: &Facts) -> Vec<String> {
     let top = facts.cells.iter().map(|cell| cell.particles).max();
     let short = labels.iter().filter(|label| largest(label) < top).count();
     let short = (short > 0)
-        .then(|| format!("The largest mesh was not run with {short} of {} methods.", labels.len()));
+        .then(|| format!("The largest mesh was not run with {short} of {} forms.", labels.len()));
     let explicit = growths(facts).len() < facts.labels_with_iterations();
     let explicit = explicit.then(|| {
         let step = facts.cells.iter().map(|cell| cell.step_s).fold(0.0, f64::max);
         format!(
-            "Growth counts only methods with h = {} s; others take shorter steps on finer meshes.",
+            "Growth counts only forms with h = {} s; others take shorter steps on finer meshes.",
             setting(step)
         )
     });
@@ -174,7 +174,7 @@ mod tests {
         cells.extend([100, 10_000].map(explicit));
         cells[1].unconverged_steps = 1;
         let said = words(&Facts { cells: cells.clone() });
-        let grow = "grow in 1 of 2 methods, at most as n to the power 0.50.";
+        let grow = "grow in 1 of 2 forms, at most as n to the power 0.50.";
         assert!(said.conclusion.ends_with(grow), "{said:?}");
         let failed = "1 of 8 runs fails or has solves that miss their tolerance, at worst a at n = \
                       10000 (completed, 1 step).";

@@ -271,9 +271,8 @@ pub(super) fn tables(input: &Input) -> Vec<Table> {
         ),
         (
             "jacobian",
-            "**Saved Jacobians.** The same steps; a saved factor is kept over iterations and \
-             steps while it serves, as the solver or as the preconditioner of \
-             CG.",
+            "**Saved Jacobians.** The same steps; a saved factor is reused over iterations and \
+             steps as long as it works, as the solver or as the preconditioner of CG.",
         ),
         (
             "preconditioner",

@@ -324,7 +324,7 @@ fn counts(input: &Input) -> Table {
     rows.sort_by(|a, b| b.0.total_cmp(&a.0));
     Table {
         title: "**Cells of the atlas by verdict**, the most without gain first; cells over budget \
-                count for nothing."
+                do not count."
             .to_owned(),
         header,
         names: 1,

@@ -321,8 +321,8 @@ fn cheapest_runs(input: &Input) -> Table {
     let heading = LEVELS.map(|level| format!("error ≤ {}", percent(level, 1)));
     Table {
         title: "**Cheapest by modelled time**: the form with the least time for an error of the \
-                trajectory, and the next other method with its time over that. Below a factor of 2 \
-                it is a tie. –: no run within the budget gets there."
+                trajectory, and the next other method with its time over that. Below a factor of \
+                2 it is a tie. –: no run within the budget reaches this error."
             .to_owned(),
         header: std::iter::once("sheet".to_owned()).chain(heading).collect(),
         names: 1,
@@ -414,8 +414,9 @@ fn scenes(input: &Input) -> Table {
         "of the energy (%)",
     ];
     Table {
-        title: "**Sheets and noise.** Motion: root mean square of the particles' way in 0.25 s. \
-                Noise: what 1 µm at the start changes, mean of eight."
+        title: "**Sheets and noise.** Motion: root mean square of the distances that the \
+                particles move in 0.25 s. Noise: the change at the end after a change of 1 µm at \
+                the start, mean of eight."
             .to_owned(),
         header: texts(&header),
         names: 1,

@@ -419,8 +419,8 @@ fn calibration(input: &Input) -> Table {
     };
     Table {
         title:
-            "**Measured over modelled time** of the timed runs of each form. Where the quotients \
-                of two forms lie apart, the seconds decide."
+            "**Measured over modelled time** of the timed runs of each form. If the ratios of two \
+             forms differ, the seconds decide."
                 .to_owned(),
         header: texts(&["method", "least", "median", "greatest", "runs"]),
         names: 1,
@@ -451,9 +451,9 @@ fn cheapest(input: &Input) -> Table {
     header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level, 1))));
     Table {
         title:
-            "**Cheapest by modelled time**: the method with the least time for an error, and the next \
-                other method with its time over that. Below a factor of 2 it is a tie. –: no run \
-                within the budget gets there."
+            "**Cheapest by modelled time**: the method with the least time for an error, and the \
+             next other method with its time over that. Below a factor of 2 it is a tie. –: no \
+             run within the budget reaches this error."
                 .to_owned(),
         header,
         names: 1,
@@ -492,8 +492,7 @@ fn excess(input: &Input) -> Table {
     Table {
         title: format!(
             "**Modelled time for an error of {}, over the cheapest of all methods**, and how many \
-             variants exhaust their budget before. –: not within the \
-             budget.",
+             variants exceed their budget first. –: not within the budget.",
             percent(LEVEL, 1)
         ),
         header,
@@ -514,9 +513,9 @@ fn scenes(input: &Input) -> Table {
         ]
     };
     Table {
-        title:
-            "**Scenes and references.** Motion: root mean square of the particles' way in 0.25 s."
-                .to_owned(),
+        title: "**Scenes and references.** Motion: root mean square of the distances that the \
+             particles move in 0.25 s."
+            .to_owned(),
         header: texts(&[
             "scene",
             "springs",

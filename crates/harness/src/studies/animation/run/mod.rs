@@ -50,46 +50,47 @@ fn first_forms() -> Vec<Film> {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    let more = "Two scenes show whether the answer holds for longer spans and finer meshes: one of \
-                5 s, and one of 2500 particles. They run the first of the forms of each method, \
-                which was chosen from a run of the small scenes.";
+    let more = "Two scenes show whether the findings hold for longer times and finer meshes: one \
+                lasts 5 s, and one has 2500 particles. They run only the first form of each \
+                method, which was chosen after the small scenes had been run.";
     format!("{} {more}", common())
 }
 
 /// How the facts of the long study are measured.
 pub(super) fn long_method() -> String {
-    let more = "Its scenes last 5 s or have up to 40 000 particles. They run the first of the forms \
-                of each method. A record may lack forms or scenes: it names them, and the next run \
-                goes on. The quick subset has none of these scenes.";
-    format!("As in the study `animation`: {} {more}", common())
+    let more = "The scenes of this study last 5 s or have up to 40 000 particles. They run only \
+                the first form of each method. A record may lack forms or scenes: it names them, \
+                and the next run adds them. The quick subset has none of these scenes.";
+    format!("The set-up is that of the study `animation`. {} {more}", common())
 }
 
 fn common() -> String {
     format!(
-        "Bundled fabrics, by measured constants and as stiff on every mesh: a firm one \
-         (cotton-blend), one firm along its weft (denim), a soft knit (ponte). A square metre, \
-         damped by c = βk along each spring (light: β = {:e} s; heavy: {:e} s, a loss factor of \
-         0.1 at 16 Hz), is shown at {FRAMES_PER_S} frames a second, in one scene at {FILM}. It \
-         hangs by two corners, let go from the horizontal; hangs from an upper edge that goes \
-         to and fro across it; falls, 8 cm off its centre, on a ball of 30 cm radius with a \
-         coefficient of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and \
-         hinges begin at rest. The true motion is that of leapfrog at a quarter of its limit; \
-         starts that differ by 1 µm out of the plane (seeded) tell its noise, and a run is held \
-         against the nearest of them. Runs are ranked by shape where the cloth hangs: the mean \
+        "The scenes use bundled fabrics with measured constants, equally stiff on every mesh: a \
+         firm one (cotton-blend), one that is firm along its weft (denim), and a soft knit \
+         (ponte). A square metre of cloth is damped by c = βk along each spring. Light damping is \
+         β = {:e} s; heavy damping is {:e} s, a loss factor of 0.1 at 16 Hz. Films show \
+         {FRAMES_PER_S} frames a second, in one scene {FILM}. The cloth either hangs by two \
+         corners, let go from the horizontal; or hangs from an upper edge that goes to and fro \
+         across it; or falls, 8 cm off its centre, on a ball of 30 cm radius with a coefficient \
+         of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
+         rest. Leapfrog at a quarter of its limit computes the true motion. Further true motions \
+         start 1 µm off, out of the plane (seeded); they measure the noise. A run is compared \
+         with the nearest true motion. Shape ranks the runs where the cloth hangs: the mean \
          distance from the particles of each surface to the triangles of the other, about every \
-         0.1 s. On the ball and in the wind two starts soon move apart, so there the distance \
-         of the particles at 0.3 s ranks. Every method is run with {LADDER:?} substeps of a \
-         frame, but with no more after a run that swept {DEAR} times a frame over all forces or \
-         whose factorisations spent its budget; an \
-         explicit one with rising numbers out of {EXPLICIT:?} until two neither gain energy nor \
-         stand still, or one exceeds its budget; the last failure before the first sound run is \
-         kept. A run is locked if its energy is stable and the middle of the free edge moves \
-         less than half of the true path. It has lost contact if fewer than half as many \
-         particles lie on the ball at the end as in the true motion, to {} mm. Where rings or \
-         wind supply energy, a run counts as gaining some by itself if its mean kinetic energy \
-         is more than {} times the true one. The work of {} sweeps of forces a frame, or {:e} \
-         visits of a spring if that is more, ends a run over budget; finer \
-         meshes than of 20 particles along an edge have so much more as they are finer.",
+         0.1 s. On the ball and in the wind two starts soon move apart, so there the distance of \
+         the particles at 0.3 s ranks the runs. Every method runs with {LADDER:?} substeps of a \
+         frame. It tries no more substeps after a run that took {DEAR} sweeps of forces a frame \
+         or whose factorisations used up its budget. An explicit method runs with rising numbers \
+         from {EXPLICIT:?} until two runs are sound, that is, neither gain energy nor stand \
+         still, or until one exceeds its budget; the last failure before the first sound run is \
+         kept. A run is locked if its energy is stable and the middle of the free edge moves less \
+         than half of the true path. It has lost contact if at the end fewer than half as many \
+         particles lie on the ball as in the true motion, to {} mm. Where rings or wind supply \
+         energy, a run gains energy by itself if its mean kinetic energy is more than {} times \
+         the true one. A run ends over budget after the work of {} sweeps of forces a frame, or \
+         after {:e} visits of a spring if that is more. On meshes finer than 20 particles along \
+         an edge, the number of sweeps grows with the number along the edge.",
         scenes::LIGHT,
         HEAVY,
         1e3 * scenes::NEAR_M,
@@ -102,11 +103,11 @@ fn common() -> String {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One run at a time on one thread: the first {TIMED} frames, or a tenth of the scene if that \
-         is more. The median of {REPETITIONS} repetitions counts, of one for more than {LONG_S} s. It \
-         is the time of the processor in the calls of the method, where the system tells it, else \
-         that of the clock: other programs disturb it less. Only runs that neither gain energy nor \
-         stand still are timed. Set-up is not among the frames."
+        "One run at a time on one thread: the first {TIMED} frames, or a tenth of the scene if \
+         that is more. The median of {REPETITIONS} repetitions counts; a run of more than \
+         {LONG_S} s is timed once. The time is the processor time in the calls of the method if \
+         the system reports it, else the wall time; other programs disturb processor time less. \
+         Only runs that neither gain energy nor stand still are timed. The time excludes set-up."
     )
 }
 

@@ -21,19 +21,20 @@ use std::collections::BTreeMap;
 
 /// How the timings are taken.
 pub(super) fn timing() -> String {
-    "Wall time of the same work whose operations the facts count. One piece runs after the other \
-     on one thread, and the median of the repetitions decides."
+    "Wall time of the work whose operations the facts count. One piece runs after the other on \
+     one thread, and the median of the repetitions decides."
         .to_owned()
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    "Each claim has a criterion, which reads recorded numbers. Where the paper's words admit \
-     another reading, or it does not print a parameter that decides, further readings stand beside \
-     it. A claim holds or fails if it does so under every reading, depends if they disagree, and is \
-     undecided if the numbers cannot tell. The ledger says since when each criterion stands. \
-     Counted work, which is the same on every machine, decides claims about time; where \
-     measured seconds disagree, the ledger says so. Random numbers come from fixed seeds."
+    "Each claim has a criterion, which reads recorded numbers. Where the paper's words allow \
+     another reading, or the paper does not print a parameter that decides, the study also tests \
+     further readings. A claim holds or fails if it does so under every reading. It depends if \
+     readings disagree, and is undecided if the numbers cannot tell. The ledger states since when \
+     each criterion stands. Counted work, which is the same on every machine, decides claims \
+     about time; the ledger says where measured seconds disagree. Random numbers come from fixed \
+     seeds."
         .to_owned()
 }
 

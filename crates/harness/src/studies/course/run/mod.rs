@@ -200,11 +200,11 @@ pub(super) fn method() -> String {
     "A sheet of 20 × 20 particles, 1 m × 1 m, hangs by two corners and swings down from the \
      horizontal. Tension springs have k/m = 10⁴ or 10⁶ s⁻² and d/m = 40 s⁻¹; shear springs are a \
      tenth as stiff. Every method takes 200 steps of 0.01 s, at its defaults unless the lesson \
-     says otherwise; leapfrog divides the step. A run is stable if the total energy never rises by \
-     more than 2 % of E_ref, which the fall sets free. The true motion is that of symplectic Euler \
-     at less than a quarter of its limit. Retained motion R: the path of the free edge's midpoint \
-     in the first second, over the true one. Work is modelled time: what was \
-     counted, times the prices of the method's work."
+     states other settings; leapfrog divides the step. A run is stable if the total energy never \
+     rises by more than 2 % of E_ref, the energy that the fall sets free. Symplectic Euler at \
+     less than a quarter of its limit computes the true motion. Retained motion R is the path of \
+     the free edge's midpoint in the first second over the true one. Work is modelled time: the \
+     counted work times the prices of the method."
         .to_owned()
 }
 

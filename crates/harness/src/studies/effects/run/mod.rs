@@ -57,10 +57,10 @@ fn supports() -> Vec<Support> {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "The same run without and with the effect in turns, {PAIRS} times each, one at a time on \
-         one thread, without set-up and with the phase clock off. The ratio is that of the \
-         shortest runs. Bytes are what the allocator holds for the system and for the prepared \
-         method, less what it holds without the effect."
+        "The same run with and without the effect, in turns, {PAIRS} times each. One run at a \
+         time on one thread, without set-up and with the phase clock off. The ratio is that of \
+         the shortest runs. Bytes are the memory that the allocator holds for the system and for \
+         the prepared method, less the memory without the effect."
     )
 }
 
@@ -68,12 +68,12 @@ pub(super) fn timing() -> String {
 pub(super) fn method() -> String {
     format!(
         "An undamped sheet of 20 × 20 particles, 1 m × 1 m, 0.4 kg, with tension springs of k/m = \
-         1e4/s² falls for {DURATION} s from the horizontal, held at two corners. Each effect is \
-         added to this scene by itself, then all together. Of effects that share a place in the \
-         scene, all together has one. h = {STEP} s, or {EXPLICIT_STEP} s for methods that take \
-         tension at the old level; every method runs at its defaults. The change is the \
-         distance of the particles at the end from the sheet without the effect, with the same \
-         method."
+         1e4/s², falls for {DURATION} s from the horizontal and hangs by two corners. Each effect \
+         is added to this scene alone, then all effects together. Where several effects take the \
+         same place in a scene, such as two laws of bending, the last case has one of them. The \
+         step is h = {STEP} s, or {EXPLICIT_STEP} s for methods that take tension at the old time \
+         level. Every method runs at its defaults. The change is the distance between the final \
+         particles with the effect and without it, with the same method."
     )
 }
 

@@ -212,16 +212,17 @@ impl Setting {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     "Sheets of 1 m × 1 m have structural springs, shear springs of a tenth of the stiffness, and \
-     full damping: none or d/m = 40 s⁻¹. The hanging sheet is released horizontally from two \
-     corners. The spinning sheet turns over and over at 2 rad/s without gravity. The third sheet \
-     falls on an inelastic ball. The table of scenes lists sizes, stiffness and duration. h = \
-     0.01 s; explicit methods divide it by a power of 2 until h ω_max ≤ 0.5, damped explicit \
-     Euler until h ≤ d/k too. Energies refer to E_ref, what the scene sets free: the greatest of \
-     H₀ − U and of the kinetic energy over the true motion. After each step the method says which \
-     forces it used and what its solve left over. From these each cause of the change of energy \
-     is computed by itself, none as the remainder; their sum is compared with the change. \
-     Numerical damping is the sum of inertia and gaps. Excess dissipation is (H₀ − H_N − ∫vᵀDv \
-     dt)/E_ref, by the trapezoidal rule."
+     either no damping or full damping of d/m = 40 s⁻¹. The hanging sheet is released \
+     horizontally from two corners. The spinning sheet turns over and over at 2 rad/s without \
+     gravity. The third sheet falls on an inelastic ball. The table of scenes lists sizes, \
+     stiffness and duration. The step is h = 0.01 s. Explicit methods divide it by a power of 2 \
+     until h ω_max ≤ 0.5; damped explicit Euler also until h ≤ d/k. Energies are relative to \
+     E_ref, the energy that the scene sets free: the larger of H₀ − U and the kinetic energy, \
+     over the true motion. After each step the method reports the forces that it used and the \
+     residual of its solve. From these the study computes each cause of the change of energy \
+     separately, none as the remainder, and compares their sum with the change. Numerical damping \
+     is the sum of inertia and gaps. Excess dissipation is (H₀ − H_N − ∫vᵀDv dt)/E_ref, by the \
+     trapezoidal rule."
         .to_owned()
 }
 

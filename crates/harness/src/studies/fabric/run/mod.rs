@@ -32,17 +32,18 @@ const WAVES: [u32; 4] = [2, 3, 4, 5];
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Every specimen is brought to rest by Newton's method on its energy, with the exact \
-         tangent where that is positive definite; no time step takes part. The residual is the \
-         greatest force on a particle over the weight of the heaviest; at rest means at most \
-         {AT_REST:e}. Cantilevers: {} kg/m², B = {:e} N m, nearly inextensible ({:e} N/m), {ROWS} \
-         rows, a free length that gives Γ = ρ g L³/B; they start from the exact shape. Linear \
-         springs are fitted at one curvature, {:.0}/m, the mean of the exact strip of Γ = {}. \
-         Widths: on {WIDE_SEGMENTS} edges, with the stiffness of the sheet; the rigidity is that \
-         of the exact strip with the same drop over reach. Strips on edge: gravity acts along the \
-         width; the critical Γ is where the tangent at the upright rest position stops being \
-         positive definite. Drape test (BS 5058): a cloth of {} cm on a table of {} cm, {}, along \
-         warp and weft, held on the table, from starts with {WAVES:?} waves; it counts as at rest \
+        "Newton's method on the energy brings every specimen to rest, with the exact tangent \
+         where that is positive definite and without a time step. The residual is the greatest \
+         force on a particle over the weight of the heaviest one; a specimen is at rest if its \
+         residual is at most {AT_REST:e}. Cantilevers have {} kg/m², B = {:e} N m, {ROWS} rows \
+         and a free length that gives Γ = ρ g L³/B. They are nearly inextensible ({:e} N/m) and \
+         start from the exact shape. Linear springs are fitted at one curvature, {:.0}/m, the \
+         mean curvature of the exact strip of Γ = {}. Widths: strips of {WIDE_SEGMENTS} edges \
+         with the stiffness of the sheet; the rigidity is that of the exact strip with the same \
+         drop over reach. Strips on edge: gravity acts along the width; the critical Γ is where \
+         the tangent at the upright rest position stops being positive definite. Drape test (BS \
+         5058): a cloth of {} cm lies on a table of {} cm and bends by this model: {}, along warp \
+         and weft. The table holds it, and it starts with {WAVES:?} waves. It counts as at rest \
          only in a minimum of the energy.",
         strip::DENSITY,
         strip::BENDING,

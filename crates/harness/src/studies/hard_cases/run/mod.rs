@@ -78,20 +78,22 @@ fn of_case(case: &scenes::Case, stages: &[Stage<'_>]) -> Case {
 pub(super) fn method() -> String {
     format!(
         "Every method runs every case without and with damping, for at least 2 s and 200 steps. \
-         Damping is full: d/m = 40 s⁻¹ for tension springs, a tenth for shear springs. There are \
-         {} starts, perturbed by up to 1e-4 mesh widths, or less where that would store more than \
-         a thousandth of the available energy; the worst verdict counts. E_ref is what the scene \
-         sets free on its true motion. Symplectic Euler at a quarter of its stability limit tells \
-         it, at most at k/m = 1e7, in H03 1e6, in H07 and H22 with a mass ratio of 10. A run is stable if \
-         its energy H never exceeds its start by more than 0.02 E_ref, marginal up to 0.5, \
+         Damping is full: d/m = 40 s⁻¹ for tension springs, a tenth of that for shear springs. A \
+         case has {} starts, and the worst verdict counts. Each start is perturbed by up to 1e-4 \
+         mesh widths, or by less if that would store more than a thousandth of the available \
+         energy. E_ref is the energy that the scene sets free on its true motion. Symplectic \
+         Euler at a quarter of its stability limit computes that motion, at most at k/m = 1e7, in \
+         H03 at most at 1e6, in H07 and H22 with a mass ratio of 10. A run is stable if its \
+         energy H never exceeds its start by more than 0.02 E_ref, marginal up to 0.5 E_ref, and \
          unstable above. It has diverged if a position is not finite, or farther away than a \
-         thousand scene sizes and twice what fall and throw can cover. Undamped and without \
-         contacts, symplectic methods may oscillate by 0.5 E_ref, but must not drift by more \
-         than 0.05 E_ref over the run. A step counts as a rise if H grows by more than 1e-9 \
-         E_ref and round-off. Theory follows from the scene and the settings alone. Three \
-         of its rules were derived after first runs had failed: terzopoulos-fleischer; \
-         baraff-witkin and the two-step methods in H16; the divided steps of leapfrog in H14. A \
-         run ends over budget after {BUDGET:e} visits of a spring, which are counted, not timed.",
+         thousand scene sizes plus twice the distance that fall and throw can cover. Without \
+         damping and contacts, the energy of symplectic methods may oscillate by 0.5 E_ref, but \
+         must not drift by more than 0.05 E_ref over the run. A step counts as a rise if H grows \
+         by more than 1e-9 E_ref and round-off. Theory uses only the scene and the settings. \
+         Three of its rules were derived after first runs had failed: for terzopoulos-fleischer; \
+         for baraff-witkin and the two-step methods in H16; and for the divided steps of leapfrog \
+         in H14. A run ends over budget after {BUDGET:e} visits of a spring, which are counted, \
+         not timed.",
         SEEDS.len()
     )
 }

@@ -40,20 +40,20 @@ fn groups(is_quick: bool) -> Vec<Group> {
 pub(super) fn method() -> String {
     format!(
         "A sheet of {SIDE} × {SIDE} particles, 1 m × 1 m, hangs from two corners and starts \
-         horizontally. k/m = 1e4/s², shear springs of the grid have a tenth; damping is full, d/m \
-         = 10 s⁻¹. Beside the grid stands a triangle mesh of the same sheet: its inner particles \
-         are strewn by a fifth of a mesh width, and every edge is a spring. After each step of \
-         {STEP} s, springs longer than the limit allows are shortened, by Provot's method \
-         (symplectic Euler) or by Desbrun's (`inverse_dynamics=true`), in one to ten sweeps a \
-         step and in several orders. `list 1` and `list 2` are forward sweeps over permuted lists \
-         of springs. Each step is taken twice from the same state, with its correction and \
-         without it: the difference is the correction's. The stiff sheet has k/m = 1e7/s² and no \
-         correction (symplectic Euler, h = {REFERENCE_STEP} s, checked against twice that). \
-         Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ with a = \
-         (v_(n+1) − v_n)/h and f at the start of the step; a step of symplectic Euler has none. \
+         horizontally. Its springs have k/m = 1e4/s², the shear springs of the grid a tenth of \
+         that; damping is full, with d/m = 10 s⁻¹. A second mesh of the same sheet consists of \
+         triangles: its inner particles are displaced at random by a fifth of a mesh width, and \
+         every edge is a spring. After each step of {STEP} s a correction shortens springs that \
+         are longer than the limit allows. The correction is Provot's (symplectic Euler) or \
+         Desbrun's (`inverse_dynamics=true`), in one to ten sweeps a step and in several orders. \
+         `list 1` and `list 2` are forward sweeps over permuted lists of springs. Each step is \
+         taken twice from the same state, with its correction and without it; the difference is \
+         the effect of the correction. For comparison, a stiff sheet with k/m = 1e7/s² runs \
+         without a correction (symplectic Euler, h = {REFERENCE_STEP} s, checked against twice \
+         that). Distances are ‖x − x_ref‖_M/‖x_ref − x_0‖_M. The residual is ‖M a − f‖/‖f‖ with a \
+         = (v_(n+1) − v_n)/h and f at the start of the step; a step of symplectic Euler has none. \
          Free sheets spin in their plane at 10 rad/s for 1 s, without gravity and damping. Sweeps \
-         are counted on a sheet that fell for 0.25 s without \
-         correction."
+         are counted on a sheet that fell for 0.25 s without correction."
     )
 }
 

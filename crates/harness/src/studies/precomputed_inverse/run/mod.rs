@@ -28,31 +28,32 @@ const TIMED_STEPS: u64 = 50;
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One case at a time on one thread, {REPETITIONS} repetitions of each. Set-up is \
-         allocation, analysis of the pattern and numbers; rebuild is the numbers anew in the same \
-         memory, for another step size. A step is the mean over {TIMED_STEPS} steps from the \
-         start: of `desbrun` with inverse or factor and without its correction of torques, of \
-         `imex-euler` with CG (ε = {LOOSE}). A solve is the linear system alone, from 0; direct \
-         solvers refine their solution once there, which `desbrun` does \
-         not."
+        "One case runs at a time on one thread, with {REPETITIONS} repetitions of each. Set-up is \
+         the allocation, the analysis of the pattern and the numbers. A rebuild computes the \
+         numbers anew in the same memory, for another step size. A step is the mean over \
+         {TIMED_STEPS} steps from the start: of `desbrun` with inverse or factor and without its \
+         correction of torques, and of `imex-euler` with CG (ε = {LOOSE}). A solve is the linear \
+         system alone, from 0. Here direct solvers refine their solution once; in `desbrun` they \
+         do not."
     )
 }
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "A sheet hangs from two corners, with structural springs and shear springs of a tenth of \
-         the stiffness, all implicit, d/m = 40 s⁻¹ and h = {STEP} s. Three solvers solve A v = b \
-         with A = M + h² L_k + h L_c, one scalar matrix for three coordinates: the full inverse, \
-         a sparse Cholesky factor (rows ordered by AMD), and conjugate gradients with IC(0). \
-         Operations are counted to leading order from the non-zeros. The inverse takes n³ to make \
-         and 6 n² to use; the factor Σ c² over the entries c of its columns to make and 12 times \
-         its entries to use. A CG iteration takes one product with A, two triangles and five \
-         vector operations; a solve takes one more than the mean iterations a step in one second \
-         at ε = {LOOSE}. The solutions of one system are compared, CG solved to 1e-14. Then the \
-         run is changed on the way, and after each change the running method is compared with one \
-         that starts anew. In the series `one fabric` k/m is 1e6/s² at 400 particles and grows \
-         with their number."
+        "A sheet hangs from two corners. It has structural springs and shear springs with a tenth \
+         of their stiffness, all implicit, with d/m = 40 s⁻¹ and h = {STEP} s. Three solvers \
+         solve A v = b with A = M + h² L_k + h L_c, one scalar matrix for all three coordinates: \
+         the full inverse, a sparse Cholesky factor (rows ordered by AMD), and conjugate \
+         gradients with IC(0). Operations are counted to leading order from the non-zeros. The \
+         inverse takes n³ operations to compute and 6 n² to apply. The factor takes Σ c² to \
+         compute, where c is the number of entries of a column, and 12 times its entries to \
+         apply. A CG iteration takes one product with A, two triangular solves and five vector \
+         operations. A solve is counted with one iteration more than the mean per step of a run \
+         of one second at ε = {LOOSE}. To compare solutions, all solvers solve the same system, \
+         CG to 1e-14. Then a run changes on the way; after each change the study compares the \
+         running method with one that starts anew. In the series `one fabric`, k/m is 1e6/s² at \
+         400 particles and grows with their number."
     )
 }
 

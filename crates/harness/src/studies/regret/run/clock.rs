@@ -43,25 +43,25 @@ pub(super) struct Trial<'a> {
 pub(in crate::studies::regret) fn timing() -> String {
     let [fewest, most] = TURNS;
     format!(
-        "`drape compare` with its default options, so that it has {} s: on every bundled scene, \
-         on the scenes above with their two targets, and on scenes with contact, friction, wind \
-         and bending by angles on which nothing was tuned either. The target is a hundredth of \
-         the cloth's longest side where no other is named. The search is the same comparison with \
-         {} s, which stops a form only once it takes {WIDER} times as long as the best; it is no \
-         proof where it could not run all forms to their end. Then runs are timed in turns: the \
-         advised one, and the fastest run of each form that met the target in the search, of up \
-         to {RIVALS} forms that the search took to be at most {TIE} times as slow as its fastest. \
-         Each is timed {fewest} to {most} times, by runs that are repeated for at least a \
-         fiftieth of a second; after {TURNS_S} s no third or later turn begins. The least time \
-         counts. The best is the fastest of these runs that met the target in the search. Regret \
-         is the time of the advised run over that of the best, so that it is below 1 where the \
-         comparison found a faster run than the search; without a best or an advice there is \
-         none. Without a true motion for the search there is none either. The best run by \
-         modelled time is timed beside them and compared with its modelled time alone. The \
-         advised run is measured again on the pushed cloth, with another true motion, for both of \
-         which {} s are given: it meets the target, misses it, or was not measured because they \
-         did not suffice. Where the search finds a run that meets the target and the comparison \
-         none, the target is missed.",
+        "`drape compare` runs with its default options, so it has {} s. It runs on every bundled \
+         scene, on the scenes above with their two targets, and on scenes with contact, friction, \
+         wind and bending by angles. No scene with these was used for tuning either. The target \
+         is a hundredth of the cloth's longest side unless another is named. The search is the \
+         same comparison with {} s, which stops a form only once it takes {WIDER} times as long \
+         as the best. If it could not run all forms to their end, it is no proof. Then runs are \
+         timed in turns: the advised one, and the fastest run of each form that met the target in \
+         the search. Up to {RIVALS} such forms take part, if the search took them to be at most \
+         {TIE} times as slow as its fastest. Each is timed {fewest} to {most} times, by runs that \
+         are repeated for at least a fiftieth of a second; after {TURNS_S} s no third or later \
+         turn begins. The least time counts. The best is the fastest of these runs that met the \
+         target in the search. Regret is the time of the advised run over that of the best. It is \
+         below 1 if the comparison found a faster run than the search. It has no value without a \
+         best run, without advice, or without a true motion for the search. The best run by \
+         modelled time is timed beside them and compared only with its modelled time. The advised \
+         run is measured again on the pushed cloth, with another true motion; both together have \
+         {} s. It meets the target, misses it, or was not measured because the time did not \
+         suffice. If the search finds a run that meets the target and the comparison none, the \
+         target is missed.",
         BUDGET.as_secs(),
         SEARCH.as_secs(),
         SEARCH.as_secs()

@@ -27,25 +27,25 @@ const ENDLESS: Duration = Duration::from_secs(1_000_000);
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Scenes of springs, gravity and pins on which neither the rules of the comparison nor the \
-         forms and settings of a method were tuned, each for {} s at 60 frames a second and for two \
-         targets: a hundredth of the cloth's longest side, and a quarter of that. The comparison is \
-         that of `drape compare` with its default options, but ranked by modelled time, without an \
-         end of its time, and without forms that have no prices of their own. The exhaustive search \
-         runs every form with rising numbers of steps until it meets the target, whatever others \
-         do. Regret is the modelled time of the advised run over that of the best run of the \
-         exhaustive search that meets the target. The advised form is then run again on another \
-         motion: all free particles of the scene are pushed by {PUSH:?} m/s, and the true motion is \
-         found anew. A case in which the search finds a form and the comparison none counts as not \
-         met. Effort is the modelled time a frame of all runs of the comparison over that of the \
-         search; what was run and put off is not in it. Four rules of the comparison were made \
-         after scenes by the clock had failed: runs that take long are put off and short runs are \
-         timed longer (a regret of 21 and of 1.8), a run that gains some energy when pushed is not \
-         advised (two targets missed), and a run must meet the target on a pushed cloth, too, and \
-         gain no energy in three directions of the push (three missed). The push of the comparison \
-         is another one than that by which its advice is judged here. Three of the scenes were made \
-         after the first two rules, and three with the fourth; what was advised there met the \
-         target the first time.",
+        "The scenes have springs, gravity and pins. Neither the rules of the comparison nor the \
+         forms and settings of a method were tuned on them. Each runs for {} s at 60 frames a \
+         second with two targets: a hundredth of the cloth's longest side, and a quarter of that. \
+         The comparison is `drape compare` with its default options, with three differences: it \
+         ranks by modelled time, has no time limit, and leaves out forms without prices of their \
+         own. The exhaustive search runs every form with rising numbers of steps until it meets \
+         the target, whatever others do. Regret is the modelled time of the advised run over that \
+         of the best run of the exhaustive search that meets the target. The advised form then \
+         runs again on another motion: all free particles of the scene are pushed by {PUSH:?} \
+         m/s, and the true motion is computed anew. If the search finds a form and the comparison \
+         none, the target counts as missed. Effort is the modelled time a frame of all runs of \
+         the comparison over that of the search; it leaves out runs that were put off. Four rules \
+         of the comparison were made after scenes by the clock had failed. Long runs are put off \
+         (a regret of 21). Short runs are timed longer (a regret of 1.8). A run that gains some \
+         energy when pushed is not advised (two targets missed). A run must meet the target on a \
+         pushed cloth, too, and gain no energy in three directions of the push (three missed). \
+         The push of the comparison differs from the push that tests its advice here. Three of \
+         the scenes were made after the first two rules, and three with the fourth; the advised \
+         runs met the target there the first time.",
         scenes::DURATION_S
     )
 }

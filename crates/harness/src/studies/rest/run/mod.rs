@@ -25,26 +25,29 @@ const SHARES: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 4.0];
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Round table: the drape test of BS 5058, a disc of 30 cm of a bundled material on a \
-         table of 18 cm, 12 squares across, its springs damped along themselves by c = {:e} s × \
-         k, in air that slows it by {} /s along its normal. Square table: a sheet of 1 m, 0.4 \
-         kg and 20 × 20 particles, k/m = {:e} s⁻² and d/m = {} /s along the threads, full \
-         damping, a tenth of both for shear, a hundredth for bending. On both the part on the \
-         table is held. The cloth starts flat, without stress, with vertical speeds of up to {} \
-         m/s (seeded), which break its symmetry. A run ends when the greatest force on a \
-         particle is at most {RESIDUAL} of the weight of the heaviest and the root of the mean \
-         square speed at most {SPEED} m/s, or when its time is over, or after {BUDGET:e} visits \
-         of a spring. Then Newton's method on the energy, with a line search and no time step, \
-         starts from its last surface: what it finds is the rest shape of the run. The run has \
-         arrived from the first look (ten a second) on after which its surface stays within {} \
-         mm of that shape; for a run that did not end at rest at least {} looks. Its work until \
-         then is its cost. The shape is right if its energy is at most {} of the released \
-         energy above the least that is known: of the rest shapes that Newton's method finds from \
-         starts with {:?} waves, and of those to which a run came and that are minima. Runs that \
-         a library's rounding touches are left out of the latter. A run is locked if at its end \
-         it has come less than {} of its way, and open if it is elsewhere by less. Every method is run in the forms of the study \
-         `animation`, with {FIRST:?} steps in 0.1 s, and while none arrives with {MORE:?}; an \
-         explicit one with {SHARES:?} times the steps within its limit until it arrives.",
+        "Round table: the drape test of BS 5058. A disc of a bundled material, 30 cm across, lies \
+         on a table of 18 cm; its mesh is 8 or 12 squares across. Its springs are damped along \
+         themselves by c = {:e} s × k, and air damps motion along the normal by {}/s. Square \
+         table: a sheet of 1 m × 1 m, 0.4 kg and 20 × 20 particles, with k/m = {:e} s⁻² and d/m = \
+         {}/s along the threads and full damping; shear springs have a tenth of both, bending \
+         springs a hundredth. The table holds the part of the cloth that lies on it. The cloth \
+         starts flat and without stress; vertical speeds of up to {} m/s (seeded) break its \
+         symmetry. A run is at rest when the greatest force on a particle is at most {RESIDUAL} \
+         of the weight of the heaviest one and the root mean square speed is at most {SPEED} m/s. \
+         A run ends when it is at rest, when its time is over, or after {BUDGET:e} visits of a \
+         spring. Newton's method on the energy, with a line search and without a time step, then \
+         starts from the last surface. It finds the rest shape of the run. The surface is \
+         observed ten times a second. The run has arrived at the first observation from which on \
+         the surface stays within {} mm of the rest shape; a run that did not end at rest must \
+         stay there for at least {} observations. Its work until then is its cost. The shape is \
+         right if its energy is at most {} of the released energy above the least known one. The \
+         least known energy is the lowest of two sets: rest shapes that Newton's method finds \
+         from starts with {:?} waves, and minima that runs reached. Runs that the rounding of a \
+         library affects are left out of the second set. A run that does not arrive is locked if \
+         it has covered less than {} of its way at its end; otherwise it is open. Every method \
+         runs in the forms of the study `animation`, with {FIRST:?} steps in 0.1 s and, until one \
+         arrives, with {MORE:?}. An explicit method takes {SHARES:?} times the steps of its limit \
+         until it arrives.",
         scenes::RETARDATION,
         scenes::AIR,
         scenes::STIFFNESS,
@@ -66,10 +69,10 @@ pub(super) fn method() -> String {
 /// How the timings are taken.
 pub(super) fn timing() -> String {
     format!(
-        "One run at a time on one thread, from the start until the cloth has arrived; the median of \
-         {REPETITIONS} repetitions, of one for runs beyond {LONG_S} s. It is the time of the processor \
-         in the calls of the method, where the system tells it, else that of the clock. Only runs that arrive \
-         in a right shape are timed. Set-up is not among the calls."
+        "One run at a time on one thread, from the start until the cloth has arrived. The median \
+         of {REPETITIONS} repetitions counts; a run beyond {LONG_S} s is timed once. The time is \
+         the processor time in the calls of the method if the system reports it, else the wall \
+         time. Only runs that arrive in a right shape are timed. The time excludes set-up."
     )
 }
 

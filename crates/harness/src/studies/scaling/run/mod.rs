@@ -186,14 +186,13 @@ fn pairs(meshes: &[Mesh], is_quick: bool) -> Vec<(&Mesh, Contender)> {
 
 /// How the timings are taken.
 pub(super) fn timing() -> String {
-    "One run at a time on one thread, k/m fixed, with the phase clock off: three repetitions \
-     below 10⁴ particles, one from there on. One more run with the clock on gives the phases. \
-     Set-up is not among the steps. The bandwidth is that of the triad a = b + s·c over three \
-     arrays of 64 MiB on one thread, the shortest of ten passes, 24 bytes an element. The least \
-     bytes of a step are counted kernel by kernel for a grid whose couplings need no storage. \
-     Memory is what the allocator holds for system, state and prepared method, on the same sheet \
-     with bending springs like its shear \
-     springs."
+    "One run at a time on one thread, with k/m fixed and the phase clock off: three repetitions \
+     below 10⁴ particles, one from there on. One more run with the clock on gives the phases. The \
+     time of a step excludes set-up. The bandwidth is that of the triad a = b + s·c over three \
+     arrays of 64 MiB on one thread: the shortest of ten passes, with 24 bytes an element. The \
+     least bytes of a step are counted kernel by kernel for a grid whose couplings need no \
+     storage. Memory is what the allocator holds for system, state and prepared method, on the \
+     same sheet with bending springs like its shear springs."
         .to_owned()
 }
 
@@ -202,14 +201,14 @@ pub(super) fn method() -> String {
     let (sides, steps): (Vec<_>, Vec<_>) =
         SIZES.iter().map(|(side, steps)| (side.to_string(), steps.to_string())).unzip();
     format!(
-        "A sheet of 1 m × 1 m with tension springs, shear springs of a quarter of their stiffness \
-         and two pinned corners starts with a wave of 0.01 m in and out of its plane, so that \
+        "A sheet of 1 m × 1 m has tension springs, shear springs of a quarter of their stiffness \
+         and two pinned corners. It starts with a wave of 0.01 m in and out of its plane, so that \
          springs pull everywhere, and falls. One series has k/m = {STIFFNESS:e}/s² and d/m = \
-         {DAMPING}/s on every mesh, which makes a finer sheet a softer cloth. The other has \
-         the same material on every mesh: k/m and d/m grow with the number of particles, as from \
-         20 × 20. h = {STEP} s; explicit methods halve it until it is within their limit. Sheets \
-         with sides of {} particles take {} steps from the start. Every method is run, but not on \
-         meshes on which a step takes seconds.",
+         {DAMPING}/s on every mesh, so a finer sheet is a softer cloth. The other series has the \
+         same material on every mesh: k/m and d/m grow with the number of particles and equal the \
+         first series at 20 × 20. The step is h = {STEP} s; explicit methods halve it until it is \
+         within their limit. Sheets with sides of {} particles take {} steps from the start. \
+         Every method runs, except on meshes on which a step takes seconds.",
         sides.join(", "),
         steps.join(", "),
     )

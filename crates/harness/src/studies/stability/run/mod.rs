@@ -41,23 +41,25 @@ fn columns(quick: bool) -> Vec<(f64, f64, &'static [f64])> {
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear springs \
-         of a tenth of the stiffness and damping, two corners pinned) is let go from the \
-         horizontal, for 2 s and at least 200 steps. The verdict compares the total energy H with \
-         E_ref, which the true motion sets free within 2 s (symplectic Euler at a quarter of its \
-         limit). Stable: H never rises above its start by more than 0.02 E_ref; marginal: up to \
-         0.5; unstable: above; diverged: a position is not finite, or farther away than a thousand \
-         scene sizes and twice what fall can cover. \
-         Undamped symplectic methods may oscillate by 0.5 E_ref, but drift by 0.05 E_ref at most. \
-         Locked: a stable run whose free edge comes less than half as far from its start as it \
-         truly does. Starts are perturbed by up to 1e-4 mesh widths; where the verdict changes \
-         from one step to the next, {} starts run and the worst counts. A run ends over budget \
-         after {:e} visits of a spring. Limits: the step is doubled until a run fails, then halved \
-         in between to 5 %. Pair: two free particles on a spring of rest length 0, k/m = 10⁴ s⁻², \
-         a linear system; a step is stable if the energy of the last quarter is at most 1.02 times \
-         that of the first. Sheet: as in the atlas; theory takes the largest eigenvalue λ of \
-         M⁻¹L_k, which bounds the Hessian at all positions. Explicit shear: undamped, k/m = 10⁶ \
-         s⁻², tension springs in the matrix, shear springs beside it, solved to 1e-12.",
+        "Atlas: a sheet of 8 × 8 particles (1 m × 1 m, 1 g each, structural springs, shear \
+         springs of a tenth of the stiffness and damping, two corners pinned) is let go from the \
+         horizontal, for at least 2 s and 200 steps. The verdict compares the total energy H with \
+         E_ref, the energy that the true motion sets free within 2 s (symplectic Euler at a \
+         quarter of its limit). A run is stable if H never rises above its start by more than \
+         0.02 E_ref, marginal up to 0.5 E_ref, and unstable above. It has diverged if a position \
+         is not finite, or farther away than a thousand scene sizes plus twice the distance that \
+         a fall can cover. Without damping, the energy of symplectic methods may oscillate by 0.5 \
+         E_ref, but drift by at most 0.05 E_ref. A run is locked if it is stable but its free \
+         edge gets less than half as far from its start as in the true motion. Starts are \
+         perturbed by up to 1e-4 mesh widths. Where the verdict changes from one step to the \
+         next, {} starts run and the worst verdict counts. A run ends over budget after {:e} \
+         visits of a spring. Limits: the step is doubled until a run fails; bisection then finds \
+         the limit to 5 %. Pair: two free particles on a spring of rest length 0 with k/m = 10⁴ \
+         s⁻², which is a linear system. A step is stable if the energy in the last quarter of the \
+         run is at most 1.02 times that in the first. Sheet: as in the atlas; theory takes the \
+         largest eigenvalue λ of M⁻¹L_k, which bounds the Hessian at all positions. Explicit \
+         shear: undamped, k/m = 10⁶ s⁻², with tension springs in the matrix and explicit shear \
+         springs, solved to 1e-12.",
         SEEDS.len(),
         atlas::BUDGET,
     )

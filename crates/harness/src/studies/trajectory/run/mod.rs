@@ -22,23 +22,23 @@ const QUICK: f64 = 4e6;
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "The hanging sheet of `work-precision`: a part of a cylinder, 1 m × 1 m, every spring at its \
-         rest length, swings down for T = 0.25 s. Its damping is d/m = 0, 10 or 40 s⁻¹, or such \
-         that the stiffest mode has a damping ratio ζ of 0.01, 0.1 or 1. The true motion is that of \
-         DOP853, at tolerance 10⁻¹⁰ in one run without noise and at 10⁻⁹ in {PERTURBED} from starts \
-         whose free particles are moved along the normal of the sheet, each by its own distance of \
-         at most 1 µm (uniform, seeded). Noise is the mean distance of these from the one without. A \
-         run is held against the nearest of all of them. Its errors are: \
-         trajectory, the mass-weighted distance of the particles at the end over the motion; shape, \
-         the mean distance of the surfaces at four times; stretch, the 99th percentile of the \
-         strain beyond the true one, mean over these times; energy at the end beyond the true one, \
-         over what the scene sets free. Motion kept is the path of the middle of the free edge \
-         over the true path. Every method runs in all forms of `work-precision`, but `rkc` on \
-         sheets without damping, which it refuses. They take steps T/2ʲ \
-         until the trajectory errs by less than {} or by less than the noise, or until a run \
-         leaves the budget of its scene. Runs are ranked by modelled time, as there: a method that \
-         takes less than {LEAD} times as long as the winner ties with it. An error ranks only \
-         where it is at least twice the noise.",
+        "The hanging sheet of `work-precision`, a part of a cylinder, 1 m × 1 m, with every \
+         spring at its rest length, swings down for T = 0.25 s. Its damping is d/m = 0, 10 or 40 \
+         s⁻¹, or such that the stiffest mode has a damping ratio ζ of 0.01, 0.1 or 1. DOP853 \
+         computes the true motion: once without noise at tolerance 10⁻¹⁰, and {PERTURBED} times \
+         from perturbed starts at 10⁻⁹. A perturbed start moves each free particle along the \
+         normal of the sheet by a distance of its own of at most 1 µm (uniform, seeded). Noise is \
+         the mean distance of the perturbed motions from the unperturbed one. A run is compared \
+         with the nearest of all these motions. It has four errors. Trajectory: the mass-weighted \
+         distance of the particles at the end, over the motion. Shape: the mean distance of the \
+         surfaces at four times. Stretch: the 99th percentile of the strain beyond the true one, \
+         as a mean over these times. Energy: the energy at the end beyond the true one, over the \
+         energy that the scene sets free. Motion kept is the path of the middle of the free edge \
+         over the true path. Every method runs in all forms of `work-precision`, except that \
+         `rkc` refuses sheets without damping. They take steps T/2ʲ until the trajectory errs by \
+         less than {} or by less than the noise, or until a run exceeds the budget of its scene. \
+         Modelled time ranks the runs, as there; a method that takes less than {LEAD} times as \
+         long as the winner ties with it. An error ranks only if it is at least twice the noise.",
         LEVELS[2]
     )
 }

@@ -70,24 +70,24 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     Ok(Measured { facts, timings, scenes: hashes, seed: None })
 }
 
-const METHOD: &str = "A bent, unstretched sheet of 1 m × 1 m (a part of a cylinder of radius 1.5 \
-                      m) moves for T = 0.25 s under gravity. It hangs by two corners of one edge, \
-    is thrown free with a turn of 5.4 rad/s, or is spread between four pinned corners. Shear \
-    springs have a quarter of the stiffness and a tenth of the damping of tension springs; \
-    damping is full. Light damping is d/m = 10 s⁻¹, heavy damping d/m = √(k/m). The sheet has \
-    20 × 20 particles, 10 × 10 at k/m = 10¹⁰ s⁻²; two series vary the size at fixed k/m and at \
-    fixed material. The error is ‖x − x_ref‖/‖x_ref − x₀‖ at the end, mass-weighted. The \
-    reference is DOP853 (adaptive, order 8) at tolerance 10⁻¹⁰; its own error is the distance \
-    from a run at 10⁻⁹. Methods take T/2ʲ as their step until the error is below 10⁻⁵ or the run \
-    leaves the budget of its scene. Implicit methods begin at T/8, explicit ones beyond their \
-    limit. `leapfrog` divides frames of T/16 by its stability limit, of which it takes a part \
-    (`safety`). `dop853` is what a user would take instead: the adaptive method of the library \
-    `ode_solvers` at tolerances from 10⁻² to 10⁻¹⁰. Runs are ranked by modelled time: the visits \
-    of a spring in forces, products, factorisations and set-ups, each times its price in this \
-    form. The prices were fitted once to measured times and are part of the source \
-    (`drape_harness::cost`). A method ties with the winner below twice its time. The budget is in \
-    visits: sweeps of forces and matrix products by their length, 80 n^1.5 a factorisation of \
-    Newton's matrix.";
+const METHOD: &str = "\
+    A bent, unstretched sheet of 1 m × 1 m (a part of a cylinder of radius 1.5 m) moves for T = \
+    0.25 s under gravity. It hangs by two corners of one edge, is thrown free while it turns at \
+    5.4 rad/s, or is spread between four pinned corners. Shear springs have a quarter of the \
+    stiffness and a tenth of the damping of tension springs; damping is full. Light damping is d/m \
+    = 10 s⁻¹, heavy damping d/m = √(k/m). The sheet has 20 × 20 particles, 10 × 10 at k/m = 10¹⁰ \
+    s⁻²; two series vary the size at fixed k/m and at fixed material. The error is ‖x − \
+    x_ref‖/‖x_ref − x₀‖ at the end, mass-weighted. The reference is DOP853 (adaptive, order 8) at \
+    tolerance 10⁻¹⁰; its own error is the distance from a run at 10⁻⁹. Methods take T/2ʲ as their \
+    step until the error is below 10⁻⁵ or the run exceeds the budget of its scene. Implicit \
+    methods begin at T/8, explicit ones beyond their limit. `leapfrog` divides frames of T/16 into \
+    steps below its stability limit, of which it uses the share `safety`. For comparison, `dop853` \
+    is the adaptive method of the library `ode_solvers` at tolerances from 10⁻² to 10⁻¹⁰. Modelled \
+    time ranks the runs: the visits of a spring in forces, products, factorisations and set-ups, \
+    each times its price in this form. The prices were fitted once to measured times and are part \
+    of the source (`drape_harness::cost`). A method ties with the winner if it takes less than \
+    twice the winner's time. The budget is counted in visits: sweeps of forces and matrix products \
+    by their length, and 80 n^1.5 for a factorisation of Newton's matrix.";
 
 /// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {

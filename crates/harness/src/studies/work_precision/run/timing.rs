@@ -8,13 +8,13 @@ use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, row
 use crate::studies::{Context, timed};
 use drape_report::number::median_s;
 
-pub(super) const METHOD: &str = "One run at a time on one thread, with set-up and all steps but \
-                                 without what the harness does between them; for `dop853` the \
-    whole call of the library. Seconds are the median of three repetitions; a run beyond 0.3 s is \
-    timed once. Timed are the lightly damped series over the stiffness, the heavily damped sheets \
-    from k/m = 10⁶ s⁻² on and the finest sheet of the same cloth. Of every form the quick runs are \
-    timed, and those that are far from no front. A run is ranked only if it repeats the recorded \
-    error to the last bit.";
+pub(super) const METHOD: &str = "\
+    One run at a time on one thread. The time includes set-up and all steps, but not the work of \
+    the harness between steps; for `dop853` it is the whole call of the library. Seconds are the \
+    median of three repetitions; a run beyond 0.3 s is timed once. The study times the lightly \
+    damped series over the stiffness, the heavily damped sheets from k/m = 10⁶ s⁻² on, and the \
+    finest sheet of the same cloth. Of every form it times the quick runs and the runs that are \
+    close to a front. A run is ranked only if it repeats the recorded error to the last bit.";
 
 /// A run that takes longer than this is timed once, ns.
 const LONG_NS: u64 = 300_000_000;
