@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::common::complete;
+use crate::common::{self, complete};
 use drape_harness::studies::cg_vs_stiffness::facts as cg;
 use drape_harness::studies::{all, draw};
 use drape_report::Verdict;
