@@ -113,3 +113,11 @@ fn slopes_may_differ_by_more_than_the_errors_behind_them() -> Result<(), Box<dyn
     assert_eq!(differs(0.0, 1e-8)?, ["smooth method h=0.01: error"]);
     Ok(())
 }
+
+/// Round-off may decide how a run blows up, but not whether.
+#[test]
+fn a_verdict_may_change_only_between_two_ways_to_blow_up() {
+    let agrees = |a: &str, b: &str| agree("verdict", false, &Value::from(a), &Value::from(b));
+    assert!(agrees("unstable", "diverged") && agrees("stable", "stable"));
+    assert!(!agrees("stable", "unstable") && !agrees("diverged", "marginal"));
+}

@@ -375,3 +375,21 @@ fn motion(kept: Option<Kept>, expected: &Expected) -> (Judged, String) {
         None => (Judged::Unknown, told),
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    /// A cloth at rest has no kinetic energy that a rise could be small beside.
+    #[test]
+    fn a_rise_within_round_off_is_no_gain() {
+        let choice = Choice::parse("imex-euler", &[]).unwrap();
+        let extremes = Extremes { start: 1.0, top: 1.0 + 1e-9, kinetic: 0.0 };
+        for (round_off, gains) in [(1e-8, false), (1e-10, true)] {
+            let start = Start { round_off, inside: 0, mass_ratio: 1.0 };
+            let gain = energy_gain(extremes, &choice, Rule::Dissipative, start, None);
+            assert_eq!(gain.is_some(), gains, "{gain:?}");
+        }
+    }
+}

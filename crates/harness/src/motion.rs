@@ -403,4 +403,18 @@ mod tests {
         }
         assert_eq!(of(&free), Err(Unforeseen::Free));
     }
+
+    /// Along a spring the load moves freely but for `¼ t² k/m`.
+    #[test]
+    fn the_freedom_of_a_load_along_a_spring_follows_from_its_frequency() {
+        let mut spec = particles(&[1.0; 2], &[Vec3::zeros(), -Vec3::z()], &[Vec3::zeros(); 2]);
+        spec.springs = vec![spring(SpringEffect::Tension, (0, 1), 1.0, 400.0, 0.0)];
+        spec.pins = vec![pin(0)];
+        spec.effects.gravity = Some(GravitySpec { m_s2: DOWN });
+        let (system, state) = spec.build().unwrap();
+        let lever = Lever::of(&system, &state, Implicit::Springs, 0.1).unwrap();
+        assert_eq!(lever.time, 0.1);
+        assert!((lever.freedom - 0.5).abs() < 1e-12, "{lever:?}");
+        assert!((lever.lever - 1.0 / 400.0).abs() < 1e-12, "{lever:?}");
+    }
 }

@@ -134,4 +134,18 @@ mod tests {
             assert_eq!(due, [0, 0, 1, 1, 2, 2], "{schedule:?}");
         }
     }
+
+    #[test]
+    fn changes_of_the_stiffness_multiply() {
+        const CHANGES: [Change; 3] = [
+            Change { time_s: 0.1, factor: 10.0 },
+            Change { time_s: 0.2, factor: 20.0 },
+            Change { time_s: 0.3, factor: 0.001 },
+        ];
+        let schedule = Schedule {
+            changes: &CHANGES,
+            ..Schedule::steady(TimeSpan { step_s: 0.01, duration_s: 1.0 })
+        };
+        assert_eq!(schedule.greatest_stiffness(), 200.0);
+    }
 }

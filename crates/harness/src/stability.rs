@@ -580,4 +580,33 @@ mod tests {
         assert_eq!(half.steps, run(0.5 * all.effort).steps);
         assert!(!run(all.effort).is_over_budget, "a run that just fits is complete");
     }
+
+    /// A symplectic method must not lose energy for a while either; for others that is damping.
+    #[test]
+    fn a_swing_is_a_rise_or_a_fall() {
+        use Verdict::{Stable, Unstable};
+        let dip = |depth: f64| move |t: f64| if (t - 0.25).abs() < 0.01 { -depth } else { 0.0 };
+        assert_eq!(verdicts(dip(0.49)), [Stable, Stable]);
+        assert_eq!(verdicts(dip(0.51)), [Stable, Unstable]);
+    }
+
+    #[test]
+    fn the_bounds_of_a_pair_are_twice_its_coefficients_over_the_mass() {
+        let mut spec = stretched_pair();
+        spec.springs[0].damping_n_s_per_m = 0.3;
+        spec.particles.mass_kg[1] = 1.0;
+        let (stiffness, damping) = gershgorin(&spec.build().unwrap().0);
+        assert!((stiffness - 200.0).abs() < 1e-9 && (damping - 600.0).abs() < 1e-9);
+    }
+
+    /// With the step for the spring at the start the reference would diverge.
+    #[test]
+    fn the_reference_steps_for_the_stiffest_spring_to_come() {
+        const STIFFENED: [Change; 1] = [Change { time_s: 0.1, factor: 1e6 }];
+        let time = TimeSpan { step_s: 0.01, duration_s: 0.2 };
+        let schedule = Schedule { changes: &STIFFENED, ..Schedule::steady(time) };
+        let found = reference(&pair(), &schedule).unwrap();
+        // ½ · 0.1 N/m · 1e6 · (0.1 m)² is the most that the spring can hold.
+        assert!(found.energy > 0.0 && found.energy < 501.0, "{found:?}");
+    }
 }

@@ -193,4 +193,22 @@ mod tests {
             assert!(!way([0.0, 0.0, 0.01], [0.0, 0.0, -0.4]), "it lay on the plate");
         }
     }
+
+    /// In one step a ball jumps over a particle that rests.
+    #[test]
+    fn a_ball_that_is_led_through_a_particle_is_seen() {
+        let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1],
+            "position_m": [[0, 0, 0]] }, "obstacles": [{ "sphere": { "center_m": [-1, 0, 0],
+                "radius_m": 0.1, "path": [{ "time_s": 0.1, "offset_m": [2, 0, 0] }] } }] }"#;
+        let file = drape_model::parse("ball", text).expect("valid");
+        let (system, state) = file.spec().build().expect("valid");
+        let mut tunnels = Tunnels::new(&system, &state);
+        let mut simulation = crate::Simulation { system, state };
+        let choice = crate::methods::Choice::parse("imex-euler", &[]).expect("a method");
+        let time = drape_model::TimeSpan { step_s: 0.1, duration_s: 0.1 };
+        let runner = crate::Runner::new(&choice, time).observe(|moment| tunnels.look(moment));
+        runner.go(&mut simulation).expect("runs");
+        let found = tunnels.first().map(|passage| (passage.particle, passage.way));
+        assert_eq!(found, Some((0, 2.0)));
+    }
 }

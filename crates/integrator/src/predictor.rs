@@ -82,3 +82,24 @@ impl Predictor {
         self.previous[particle] = *v;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_particle_that_met_an_obstacle_is_not_extrapolated_through_it() {
+        let (before, last) = ([-Vec3::z(); 2], [Vec3::z() * 2.0; 2]);
+        let mut predictor = Predictor::new(2);
+        predictor.remember(&before, 0.1);
+        predictor.forget(1, &last[1]);
+        let mut out = [Vec3::zeros(); 2];
+        predictor.extrapolate(&last, 0.1, 1, &mut out);
+        assert_eq!(out, [Vec3::z() * 5.0, Vec3::z() * 2.0]);
+        predictor.extrapolate(&last, 0.2, 1, &mut out);
+        assert_eq!(out, last, "the step has another size");
+        predictor.restart();
+        predictor.extrapolate(&last, 0.1, 1, &mut out);
+        assert_eq!(out, last, "there is no history");
+    }
+}

@@ -143,3 +143,12 @@ fn what_never_gets_there_is_not_chosen() {
     let capped = ranking(&table, &place, 0, None, 0.005);
     assert!((capped[0].score - 2.0_f64.ln()).abs() < 1e-12, "{}", capped[0].score);
 }
+
+/// `frame / (frame/27)` is rounded to a little more than 27.
+#[test]
+fn round_off_adds_no_step_to_a_frame() {
+    for parts in 1..400 {
+        let step = 0.01 / f64::from(parts);
+        assert!((part_of(0.01, step) / step - 1.0).abs() < 1e-12, "{parts}");
+    }
+}

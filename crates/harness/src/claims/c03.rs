@@ -62,6 +62,7 @@ mod tests {
         assert_eq!(verdict(1e-13, 2.0), Ruling::Holds);
         assert_eq!(verdict(1e-11, 2.0), Ruling::Fails);
         assert_eq!(verdict(1e-13, 1.4), Ruling::Fails);
+        assert_eq!(verdict(1e-13, RATIO), Ruling::Fails);
         assert_eq!(verdict(f64::NAN, 2.0), Ruling::Fails);
     }
 }

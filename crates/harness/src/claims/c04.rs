@@ -46,12 +46,15 @@ mod tests {
 
     #[test]
     fn all_series_must_agree() {
-        let verdict = |a, b| {
-            let numbers = [("growth of their quotient, a", a), ("growth of their quotient, b", b)];
+        let verdict = |a, b, c| {
+            let numbers = [("a", a), ("b", b), ("c", c)]
+                .map(|(series, growth)| (format!("growth of their quotient, {series}"), growth));
+            let numbers = numbers.each_ref().map(|(what, growth)| (what.as_str(), *growth));
             judged(&CLAIM, &numbers).verdict
         };
-        assert_eq!(verdict(4.0, 3.0), Ruling::Holds);
-        assert_eq!(verdict(1.1, 1.5), Ruling::Fails);
-        assert_eq!(verdict(1.1, 3.0), Ruling::Undecided);
+        assert_eq!(verdict(4.0, 3.0, 2.1), Ruling::Holds);
+        assert_eq!(verdict(1.1, 1.5, GROWTH), Ruling::Fails);
+        assert_eq!(verdict(1.1, 3.0, 4.0), Ruling::Undecided);
+        assert_eq!(verdict(1.1, 1.2, 4.0), Ruling::Undecided);
     }
 }

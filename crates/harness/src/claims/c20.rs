@@ -87,6 +87,7 @@ mod tests {
             judged(&CLAIM, &numbers).verdict
         };
         assert_eq!(verdict("", 0.0), Ruling::Holds);
+        assert_eq!(verdict("greatest depth over v·h", 1.0 + 1e-12), Ruling::Holds);
         for (changed, value) in [
             ("greatest depth over v·h", 1.1),
             ("greatest lack of the velocity that restitution asks for", 0.06),

@@ -108,3 +108,20 @@ pub(super) fn told(value: f64) -> String {
         value => crate::studies::short(value),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_series_is_named_by_all_before_the_last_mark() {
+        let number = |what: &str, value| Number::new(what, value, "");
+        let numbers = [
+            number("error, a, h = 1, h = 2", 3.0),
+            number("error, b, h = 2", 4.0),
+            number("error, a, h = 1, h = 4", 5.0),
+        ];
+        let series = Evidence::new(&numbers).series("error, ", ", h = ").unwrap_or_default();
+        assert_eq!(series, [("a, h = 1", vec![3.0, 5.0]), ("b", vec![4.0])]);
+    }
+}

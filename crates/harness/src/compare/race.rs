@@ -326,4 +326,12 @@ mod tests {
         assert_eq!(entrants[1].end, Some(End::OutOfTime));
         assert!(track.left_s >= -1.0, "{}", track.left_s);
     }
+
+    #[test]
+    fn a_form_may_hope_for_one_step_more_than_failed() {
+        let mut entrant = Entrant::new(vec![1, 2, 4, 8], 0.5);
+        assert_eq!(entrant.hope(), None);
+        (entrant.failed, entrant.good) = (4, Some((8, 4.0)));
+        assert_eq!(entrant.hope(), Some(2.5));
+    }
 }

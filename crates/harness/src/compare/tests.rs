@@ -133,6 +133,16 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
 }
 
+/// Of the runs of one form that meet the target the fastest counts, wherever it stands.
+#[test]
+fn a_form_is_ranked_by_its_fastest_good_run() {
+    let mut facts = synthetic();
+    facts.runs.push(run(0, 4, Verdict::Stable, 0.001, 0.0045));
+    assert_eq!(advise(&facts).take.map(|pick| pick.run), Some(1));
+    facts.runs.push(run(0, 3, Verdict::Stable, 0.002, 0.0035));
+    assert_eq!(advise(&facts).take.map(|pick| pick.run), Some(10));
+}
+
 /// A run that explodes when pushed is not advised, and both the advice and the page say why.
 #[test]
 fn a_fragile_run_is_passed_over() {
@@ -234,6 +244,9 @@ fn where_nothing_meets_the_target_the_closest_is_named() {
     assert!(advice.take.is_none() && advice.ties.is_empty());
     assert_eq!(advice.closest.map(|pick| pick.run), Some(3));
     assert!(lines(&facts, &advice)[2].contains("none meets the target"));
+    // Pushed, that run is off by more than the next one.
+    facts.runs[3].pushed_m = Some(0.003);
+    assert_eq!(advise(&facts).closest.map(|pick| pick.run), Some(2));
     facts.runs.clear();
     let text = lines(&facts, &advise(&facts));
     assert!(text[2].contains("none: the time"), "{text:?}");

@@ -197,3 +197,30 @@ pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / f64::max(count, 1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_path_of_a_film_is_the_mean_of_those_of_the_tracked_particles() {
+        let camera = Camera {
+            triangles: Vec::new(),
+            threads: Vec::new(),
+            tracked: vec![0, 2],
+            rate: 25.0,
+            frames: 2,
+            stride: 2,
+        };
+        let mut x = [Vec3::zeros(); 3];
+        let mut eye = Eye::new(&camera, &x);
+        for frame in 1..=2 {
+            x[0].x += 1.0;
+            x[1].y -= 50.0;
+            x[2].z += if frame == 1 { 3.0 } else { -3.0 };
+            eye.look(frame, &x, || 0.0);
+        }
+        let seen = eye.close();
+        assert_eq!((seen.path, seen.looks.len()), (4.0, 1));
+    }
+}

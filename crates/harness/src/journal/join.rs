@@ -270,4 +270,49 @@ mod tests {
         assert_eq!((damaged.dropped(), damaged.has_shard(shard)), (1, false));
         assert!(!open().has_shard(shard), "nor later, when the damaged line is gone");
     }
+
+    #[test]
+    fn a_second_shard_in_the_folder_needs_the_cells_of_the_first_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let [one, two] = [1, 2].map(|number| Shard::Of { number, count: 2 });
+        let open = |shard| entered(folder.path(), "a").journal("a", true).unwrap().for_shard(shard);
+        for (shard, cells) in [(one, 0..2), (two, 2..3)] {
+            let journal = open(shard);
+            for cell in cells {
+                journal.cell("part", cell, false, || Ok(0.1 + cell as f64)).unwrap();
+            }
+            journal.end_shard(shard).unwrap();
+        }
+        let whole = open(two);
+        assert!(whole.has_shard(one) && whole.has_shard(two));
+        drop(whole);
+        let file = folder.path().join(FOLDER).join("a.journal");
+        let text = std::fs::read_to_string(&file).unwrap();
+        std::fs::write(&file, text.replace("1.1", "1.4")).unwrap();
+        let damaged = open(two);
+        assert_eq!((damaged.cells(), damaged.has_shard(two)), (2, false));
+    }
+
+    /// A result that no line can hold, such as ∞, is computed again and stays one cell.
+    #[test]
+    fn a_cell_that_is_computed_again_counts_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = || entered(folder.path(), "a").journal("a", true).unwrap();
+        for _ in 0..2 {
+            let journal = open();
+            journal.cell("part", 0, false, || Ok(f64::INFINITY)).unwrap();
+            journal.end_shard(Shard::Timed).unwrap();
+        }
+        let file = std::fs::read_to_string(folder.path().join(FOLDER).join("a.journal")).unwrap();
+        assert_eq!(file.matches(r#""cells":1}"#).count(), 2, "{file}");
+    }
+
+    #[test]
+    fn a_result_that_is_timed_in_one_part_only_must_agree() {
+        let folder = tempfile::tempdir().unwrap();
+        let [out, one, two] = ["out", "one", "two"].map(|name| folder.path().join(name));
+        part(&one, "a", &[(4, 1.0, true)]);
+        part(&two, "a", &[(4, 2.0, false)]);
+        assert!(join(&out, &[&one, &two]).is_err());
+    }
 }

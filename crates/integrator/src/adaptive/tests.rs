@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Order, Predictor, Scheme, StabilityClass};
+use crate::{History, Order, Scheme, StabilityClass};
 use drape_model::parse;
 
 static FALL: Method = Method {
@@ -18,7 +18,7 @@ static FALL: Method = Method {
 /// Backward Euler of a fall, with a solver that fails for steps above a limit.
 #[derive(Debug)]
 struct Fall {
-    predictor: Predictor,
+    history: History<1>,
     contacts: ContactSet,
     sizes: Vec<f64>,
 }
@@ -32,8 +32,8 @@ impl Scheme for Fall {
     }
 
     fn new(system: &System, _limit: &f64, _h: f64) -> Result<Self, PrepareError> {
-        let (predictor, contacts) = (Predictor::new(system.len()), ContactSet::new(system));
-        Ok(Self { predictor, contacts, sizes: Vec::new() })
+        let (history, contacts) = (History::new(system.len(), 3), ContactSet::new(system));
+        Ok(Self { history, contacts, sizes: Vec::new() })
     }
 
     fn step(
@@ -45,7 +45,7 @@ impl Scheme for Fall {
         _clock: &mut PhaseClock,
     ) -> Result<StepReport, StepError> {
         self.sizes.push(h);
-        self.predictor.remember(&state.v, h);
+        self.history.push(h, [&state.v]);
         for (x, v) in state.x.iter_mut().zip(&mut state.v) {
             v.z -= 9.81 * h;
             *x += *v * h;
@@ -56,7 +56,7 @@ impl Scheme for Fall {
     }
 
     fn restart(&mut self) {
-        self.predictor.restart();
+        self.history.restart();
     }
 
     fn is_portable(_limit: &f64) -> bool {
@@ -65,10 +65,10 @@ impl Scheme for Fall {
 }
 
 impl Rewind for Fall {
-    type Past = Predictor;
+    type Past = History<1>;
 
-    fn past(&mut self) -> (&mut Predictor, &mut ContactSet) {
-        (&mut self.predictor, &mut self.contacts)
+    fn past(&mut self) -> (&mut History<1>, &mut ContactSet) {
+        (&mut self.history, &mut self.contacts)
     }
 
     fn tolerance(_limit: &f64) -> f64 {
@@ -145,13 +145,12 @@ fn a_rejected_substep_leaves_no_trace() {
         plain.method.step(&system, &mut replayed, h, &mut PhaseClock::off()).expect("steps");
     }
     assert_eq!((&state.x, &state.v), (&replayed.x, &replayed.v));
-    let last = *fall(&mut adaptive).sizes.last().expect("some");
-    let (predictor, other) = (&fall(&mut adaptive).predictor, &fall(&mut plain).predictor);
-    let mut extrapolated = [[Vec3::zeros(); 2]; 2];
-    for (out, predictor) in extrapolated.iter_mut().zip([predictor, other]) {
-        predictor.extrapolate(&state.v, last, 1, out);
+    let (history, other) = (&fall(&mut adaptive).history, &fall(&mut plain).history);
+    assert_eq!((history.len(), other.len()), (3, 3));
+    for age in 0..3 {
+        let level = |history: &History<1>| (history.step(age), history.field(age, 0).to_vec());
+        assert_eq!(level(history), level(other), "{age}");
     }
-    assert_eq!(extrapolated[0], extrapolated[1]);
 }
 
 #[test]

@@ -324,3 +324,80 @@ fn a_held_contact_is_charged_once() {
         assert!(set.is_empty() && !is_held(&constraints, 0));
     }
 }
+
+/// A touch, as many steps above the plane, and a fall onto it at 2 m/s.
+#[test]
+fn a_particle_bounces_after_four_steps_of_flight_and_not_earlier() {
+    for (flight, left) in [(0, 0.0), (3, 0.0), (4, 2.0), (9, 2.0)] {
+        let (system, _) = ball_on_plane(1.0, 0.0, 0.0);
+        let (mut set, mut constraints) = (ContactSet::new(&system), Constraints::free(1));
+        let mut meet = |z: f64, speed: f64| {
+            let mut v = [Vec3::z() * speed];
+            set.detect(&system, &[Vec3::z() * z], &v, (0.01, 0.01), &mut constraints);
+            constraints.impose(&mut v);
+            set.settle(&mut v, |_| ());
+            v[0].z
+        };
+        meet(0.0, 0.0);
+        (0..flight).for_each(|_| assert_eq!(meet(0.5, -2.0), -2.0));
+        assert_eq!(meet(0.0, -2.0), left, "{flight}");
+    }
+}
+
+/// A rough plane with one particle in a contact with a surface that moves.
+fn on_a_moving_surface(surface: Vec3) -> (System, ContactSet, Constraints) {
+    let (system, mut set, mut constraints) = across_gaps(1);
+    let surface = Some(surface);
+    set.candidates = vec![Contact { friction: 0.3, surface, ..contact(Vec3::z(), 0.0) }];
+    set.write(&system, &mut constraints);
+    (system, set, constraints)
+}
+
+#[test]
+fn what_rubs_is_carried_along_by_the_surface() {
+    let (_, set, _) = on_a_moving_surface(Vec3::x());
+    let mut v = [Vec3::new(5.0, 0.0, -0.2)];
+    set.stop(&mut v);
+    assert!((v[0] - Vec3::x() * (5.0 - 0.3 * 0.2)).norm() < 1e-15, "{:?}", v[0]);
+    v[0] = Vec3::new(1.05, 0.0, -0.2);
+    set.stop(&mut v);
+    assert!((v[0] - Vec3::x()).norm() < 1e-15, "it sticks: {:?}", v[0]);
+}
+
+/// Friction of 0.3 takes 0.3 of the impulse that would stop it, and of the slip beside the surface.
+#[test]
+fn what_slides_slips_beside_the_surface() {
+    let (system, mut set, mut constraints) = on_a_moving_surface(Vec3::x());
+    let (mut impulse, mut last) = ([Vec3::zeros()], Vec3::zeros());
+    set.solve(&system, &mut constraints, &mut impulse, |constraints, wanted| {
+        last = constraints.prescribed(0);
+        wanted.fill(&[Vec3::x() * 3.0], |out| out[0] = Vec3::new(1.0, 0.0, 1.0));
+        Ok::<(), ()>(())
+    })
+    .expect("never fails");
+    assert!((last - Vec3::x() * (1.0 + 0.7 * 2.0)).norm() < 1e-15, "{last:?}");
+}
+
+#[test]
+fn a_surface_that_rises_bears_what_rises_with_it() {
+    let (_, mut set, _) = on_a_moving_surface(Vec3::z());
+    for (keep, left) in [(1.0, 0.0), (1.5, -9.81)] {
+        set.candidates[0].friction = 0.0;
+        set.candidates[0].keep = keep;
+        let mut a = [Vec3::new(1.0, 2.0, -9.81)];
+        set.support(0.01, &mut a);
+        assert_eq!(a[0], Vec3::new(1.0, 2.0, left), "{keep}");
+    }
+}
+
+/// A particle that moves with an obstacle needs a multiplier of zero, but for round-off.
+#[test]
+fn a_gap_is_held_although_round_off_pulls() {
+    for (off, is_held) in [(5e-10, true), (2e-9, false)] {
+        let (system, mut set, mut constraints) = across_gaps(1);
+        set.candidates[0].slack = 1e-9;
+        let v = [-Vec3::z() * 0.1];
+        set.hold_gaps(&system, &v, |_| Vec3::z() * (off - 0.1), &mut constraints);
+        assert_eq!(!set.is_empty(), is_held, "{off}");
+    }
+}

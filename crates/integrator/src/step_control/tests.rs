@@ -88,3 +88,26 @@ fn the_mesh_width_is_the_mean_rest_length_of_the_tension_springs() {
     let (system, _) = parse("test", text).expect("valid").spec().build().expect("valid");
     assert_eq!(mesh_width(&system), 1.0);
 }
+
+/// A contact bends the way of a particle at once: no line through older places foretells it.
+#[test]
+fn a_particle_that_met_an_obstacle_has_no_past() {
+    let text = r#"{ "format": "drape-system/1", "particles": { "mass_kg": [1],
+        "position_m": [[0, 0, -0.001]], "velocity_m_s": [[0, 0, -1]] },
+        "obstacles": [{ "plane": { "point_m": [0, 0, 0], "normal": [0, 0, 1] } }] }"#;
+    let (system, mut from) = parse("test", text).expect("valid").spec().build().expect("valid");
+    let h = 0.01;
+    for is_met in [false, true] {
+        let mut contacts = ContactSet::new(&system);
+        if is_met {
+            let mut constraints = ContactSet::constraints(&system);
+            contacts.detect(&system, &from.x, &from.v, (h, h), &mut constraints);
+            contacts.settle(&mut from.v, |_| ());
+        }
+        let mut error = LocalError::new(1);
+        error.accept(&from, h, Some(&contacts));
+        let at = State { t: h, x: vec![Vec3::x()], v: vec![Vec3::y()] };
+        error.measure(Order::One, |_| 0.0, &at, &[Vec3::x() + Vec3::y() * h], h);
+        assert_eq!(error.vectors()[0].norm() < 1e-15, is_met);
+    }
+}

@@ -177,4 +177,25 @@ mod tests {
         correct(Torque::Consistent, &system, 0.01, &x, &change, &none, &mut v);
         assert_eq!(v, change);
     }
+
+    #[test]
+    fn the_torque_of_the_damping_is_left_to_it() {
+        let (system, state) = drape_oracle::scenes::Sheet {
+            side: 3,
+            pinned: false,
+            ..drape_oracle::scenes::Sheet::default()
+        }
+        .build();
+        let h = 0.01;
+        let damping: Vec<_> = state.x.iter().map(|x| Vec3::z().cross(x)).collect();
+        let change: Vec<_> = damping.iter().zip(system.mass()).map(|(f, m)| f * (h / m)).collect();
+        let turned = |damping: &[Vec3]| {
+            let mut v = state.v.clone();
+            correct(Torque::Consistent, &system, h, &state.x, &change, damping, &mut v);
+            v.iter().zip(&state.v).map(|(v, before)| (v - before).norm()).fold(0.0, f64::max)
+        };
+        let greatest = change.iter().map(|change| change.norm()).fold(0.0, f64::max);
+        assert!(turned(&damping) < 1e-13 * greatest);
+        assert!(turned(&vec![Vec3::zeros(); damping.len()]) > 0.1 * greatest);
+    }
 }

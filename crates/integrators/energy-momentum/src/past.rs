@@ -54,3 +54,25 @@ impl MeanVelocities {
         self.before[particle] = *v;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_of_another_size_is_the_first_of_a_new_past() {
+        let mut past = MeanVelocities::new(1);
+        let mut expect = |h: f64, mean: f64, guess: f64| {
+            past.remember(&[Vec3::x() * mean], h);
+            let mut out = [Vec3::zeros()];
+            past.extrapolate(&[Vec3::y()], h, &mut out);
+            assert_eq!(out[0], Vec3::x() * guess);
+            past.extrapolate(&[Vec3::y()], 0.5 * h, &mut out);
+            assert_eq!(out[0], Vec3::y(), "the next step has another size");
+        };
+        expect(0.1, 1.0, 1.0);
+        expect(0.1, 3.0, 5.0);
+        expect(0.3, 4.0, 4.0);
+        expect(0.3, 7.0, 10.0);
+    }
+}

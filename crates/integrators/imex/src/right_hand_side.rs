@@ -125,3 +125,26 @@ pub(crate) fn add_nonlinear_forces(
         Some(slopes) => slopes.add_nonlinear_forces(system, x, out),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_oracle::scenes::Sheet;
+
+    /// The stop test measures the residual by it: the momentum has no part in it.
+    #[test]
+    fn the_impulse_is_that_of_the_forces() {
+        let (system, mut state) = Sheet { side: 3, damping: 0.0, ..Sheet::default() }.build();
+        state.v.fill(Vec3::new(3.0, -2.0, 5.0));
+        let h = 0.01;
+        let mut rhs = RightHandSide::updated(system.len(), Implicit::Springs);
+        rhs.freeze(&system, &state, h, None);
+        rhs.update(&system, &state, h, &state.v, None);
+        let mut force = vec![Vec3::zeros(); system.len()];
+        system.forces(state.level(), &mut force);
+        for (i, force) in force.iter().enumerate() {
+            let impulse = rhs.impulse(&system, &state, h, i);
+            assert!((impulse - force * h).norm() < 1e-12, "{i}: {impulse:?}");
+        }
+    }
+}

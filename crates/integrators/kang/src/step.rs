@@ -92,3 +92,20 @@ impl Scheme for Workspace {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_oracle::Run;
+    use drape_oracle::scenes::Sheet;
+
+    #[test]
+    fn costs_are_counted() {
+        for sweeps in [1, 4] {
+            let settings = KangSettings { sweeps, ..KangSettings::default() };
+            let mut run = Run::new(Box::new(Kang::new(settings)), Sheet::default().build(), 0.01);
+            let report = run.step();
+            assert_eq!((report.force_evaluations, report.matvecs), (1, 1 + sweeps));
+        }
+    }
+}

@@ -88,3 +88,23 @@ impl Scheme for Workspace {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drape_model::{SpringEffect, Vec3};
+    use drape_oracle::Run;
+    use drape_oracle::scenes::{anchored, build};
+
+    /// The secant of a spring at half its length is −k.
+    #[test]
+    fn a_matrix_that_is_not_positive_definite_is_told() {
+        for (h, solve) in [(0.01, SolveStatus::Indefinite), (1e-4, SolveStatus::Converged)] {
+            let springs = [(SpringEffect::Tension, 2.0, 1e5, 0.0)];
+            let spec = anchored(1.0, &springs, Vec3::x(), Vec3::zeros());
+            let settings = TerzopoulosFleischerSettings { clamp: false };
+            let mut run = Run::new(Box::new(TerzopoulosFleischer::new(settings)), build(&spec), h);
+            assert_eq!(run.step().solve, solve, "{h}");
+        }
+    }
+}

@@ -578,4 +578,29 @@ mod tests {
         assert_eq!(gust(7), gust(7));
         assert!((0..10).all(|seed| gust(seed).velocity(0.3) != gust(seed + 1).velocity(0.3)));
     }
+
+    /// Each sine is half as strong and φ times as fast as the one before.
+    #[test]
+    fn a_gust_is_the_sum_of_its_sines() {
+        let gust = Gust::new(Vec3::new(3.0, 0.0, -1.0), 2.0, 7).started(0.4);
+        for t in [0.0, 0.3, 2.0, 17.5] {
+            let sine = |k: i32| {
+                let angle = std::f64::consts::PI * RATIO.powi(k) * (t + 0.4);
+                0.5_f64.powi(k) * (angle + gust.phases[k as usize]).sin()
+            };
+            let expected = gust.amplitude * ((0..4).map(sine).sum::<f64>() / 1.875);
+            assert!((gust.velocity(t) - expected).norm() < 1e-12, "{t}");
+        }
+    }
+
+    #[test]
+    fn the_greatest_speed_of_the_air_is_that_of_the_wind_and_its_gusts() {
+        let greatest =
+            |wind| Air::new(DragLaw::Linear(1.0), wind, Vec::new()).greatest_medium_speed();
+        let velocity = Vec3::new(3.0, 0.0, 4.0);
+        let gust = Some(Gust::new(Vec3::new(0.0, 0.0, 2.0), 1.0, 0));
+        assert_eq!(greatest(None), 0.0);
+        assert_eq!(greatest(Some(Wind { velocity, gust: None })), 5.0);
+        assert_eq!(greatest(Some(Wind { velocity, gust })), 7.0);
+    }
 }

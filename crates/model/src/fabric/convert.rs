@@ -433,4 +433,22 @@ mod tests {
         near(bending_along(Woven { warp: 3.0, weft: 3.0 }, 0.37), 3.0);
         near(tension_along(CLOTH, 20.0, 1.0), CLOTH.warp - 400.0 / CLOTH.weft);
     }
+
+    #[test]
+    fn a_cell_turned_by_a_quarter_has_the_numbers_of_warp_and_weft_in_exchange() {
+        let cells = [(0.03, 0.02), (0.02, 0.03)].map(|(a, b)| Cell { warp_m: a, weft_m: b });
+        let cloths = [(2.0, 7.0), (7.0, 2.0)].map(|(warp, weft)| Woven { warp, weft });
+        let conversions: [&dyn Fn(Cell, Woven) -> Woven; 5] = [
+            &|cell, tension| cell.tension(tension, 0.3),
+            &|cell, bending| cell.bending_angle(bending),
+            &|cell, bending| cell.buckling(bending),
+            &|cell, bending| cell.before_buckling(bending, 10.0),
+            &|cell, bending| cell.linear_spring(bending, 10.0),
+        ];
+        for convert in conversions {
+            let [a, b] = [0, 1].map(|turned| convert(cells[turned], cloths[turned]));
+            near(a.warp, b.weft);
+            near(a.weft, b.warp);
+        }
+    }
 }

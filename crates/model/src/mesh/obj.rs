@@ -309,3 +309,19 @@ impl Scan<'_> {
         Ok(self.obj)
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_up_from_the_first_or_down_from_the_last() {
+        let points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
+        for face in ["f 1/1 2/2 3/3", "f -3/-3 -2/-2 -1/-1"] {
+            let obj = read("a.obj", format!("{points}{face}\n").as_bytes()).unwrap();
+            assert_eq!(obj.faces[0].corners(), [0, 1, 2], "{face}");
+            assert_eq!(obj.face_textures[0][..3], [0, 1, 2], "{face}");
+        }
+    }
+}

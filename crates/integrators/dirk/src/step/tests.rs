@@ -1,7 +1,8 @@
 //! The step against its recurrences and laws, alone and in contact.
 
+use super::Workspace;
 use crate::{Dirk, DirkSettings, Tableau};
-use drape_integrator::{Integrator, SolveStatus};
+use drape_integrator::{Integrator, Rewind, SolveStatus};
 use drape_model::DampingLaw;
 use drape_oracle::checks::{self, Known, contact};
 use drape_oracle::laws::Drift;
@@ -169,4 +170,13 @@ fn step_size_control_divides_steps() {
     let mut run = Run::new(with("tr-bdf2", &[("tolerance", "1e-4")]), start, 0.1);
     let reports = run.steps(3);
     assert!(reports.iter().all(|r| r.substeps > 2 && r.error_estimate <= 1.0), "{reports:?}");
+}
+
+/// `(3γ² − 4γ + 2)/(12 (2 − γ))` with `γ = 2 − √2`, as in Bank et al. 1985.
+#[test]
+fn the_error_constant_of_tr_bdf2_is_the_published_one() {
+    let gamma = 2.0 - std::f64::consts::SQRT_2;
+    let published = (3.0 * gamma * gamma - 4.0 * gamma + 2.0) / (12.0 * (2.0 - gamma));
+    let found = Workspace::error_constant(&DirkSettings::default(), 1.0);
+    assert!((found - published).abs() < 1e-15, "{found}");
 }

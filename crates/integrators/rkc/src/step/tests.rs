@@ -278,3 +278,11 @@ fn measured_on_the_hanging_sheet() {
         );
     }
 }
+
+#[test]
+fn the_fast_root_of_a_damped_mode_limits_the_step_too() {
+    // Without stiffness the slow root is 0. The real interval ends near −2/3 (s² − 1).
+    let coefficients = Coefficients::new(6);
+    assert!(coefficients.is_stable(1.0, 0.0, 22.0) && !coefficients.is_stable(1.0, 0.0, 24.0));
+    assert!(coefficients.is_stable(1.0, 1e-3, 22.0) && !coefficients.is_stable(1.0, 1e-3, 24.0));
+}

@@ -169,6 +169,26 @@ fn a_line_is_one_newton_step() {
     }
 }
 
+/// The full damping of a line is solved at once, too: `(M + h L_c) v₊ = M v` where springs are limp.
+#[test]
+fn the_full_damping_of_a_line_is_one_solve() {
+    let (mut system, start) = chain(9, DampingLaw::Full, 30.0);
+    assert!(system.scale_stiffness(SpringEffect::Tension, 1e-20));
+    let before = start.v.clone();
+    let mut run = run("substeps=1,order=1", (system.clone(), start), H);
+    run.step();
+    let v = &run.state.v;
+    let mut off: Vec<Vec3> = (0..v.len()).map(|i| (v[i] - before[i]) * system.mass()[i]).collect();
+    for split in system.effects().filter_map(Effect::split) {
+        split.visit_weights(&mut |i, j, _, c| {
+            let pull = (v[i] - v[j]) * (c * H);
+            off[i] += pull;
+            off[j] -= pull;
+        });
+    }
+    assert!(off.iter().all(|off| off.norm() < 1e-12), "{off:?}");
+}
+
 /// On a straight line nothing is left for a second sweep; a list of single springs needs hundreds.
 #[test]
 fn a_straight_line_is_solved_at_once_to_round_off() {
