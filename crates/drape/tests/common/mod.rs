@@ -1,5 +1,7 @@
 //! What tests share that need a program which a machine may lack.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 use std::io::Write as _;
 
 /// The Python of `DRAPE_PYTHON`, or `python3`.

@@ -1,6 +1,6 @@
 //! Synthetic records, shaped like real ones: counts grow like the square root of the stiffness.
 
-#![allow(dead_code, clippy::unwrap_used, reason = "each test file takes what it needs")]
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 mod animation;
 mod contacts;

@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn costs_are_counted() {
         for sweeps in [1, 4] {
-            let settings = KangSettings { sweeps, ..KangSettings::default() };
+            let settings = KangSettings { sweeps };
             let mut run = Run::new(Box::new(Kang::new(settings)), Sheet::default().build(), 0.01);
             let report = run.step();
             assert_eq!((report.force_evaluations, report.matvecs), (1, 1 + sweeps));

@@ -258,7 +258,7 @@ impl Turns {
     /// A single part.
     fn one(cut: Cut, groups: usize) -> Self {
         let part = Part { groups: 0..groups, places: 0..cut.places() };
-        Self { parts: vec![part], turns: vec![0..1] }
+        Self { parts: vec![part], turns: std::iter::once(0..1).collect() }
     }
 }
 

@@ -155,6 +155,11 @@ impl Case {
         format!("{place}, {}, {damping}, n={}{rate}{span}", self.fabric, self.side * self.side)
     }
 
+    /// The forms that run on it.
+    pub(super) fn films(&self) -> Vec<Film> {
+        if self.has_all_forms { forms() } else { first_forms() }
+    }
+
     /// Simulated time, s.
     fn span_s(&self) -> f64 {
         f64::from(self.frames) / f64::from(self.rate)
@@ -517,7 +522,7 @@ impl Stage for Setting {
     type Row = TimingRow;
 
     fn films(&self) -> Vec<Film> {
-        if self.case.has_all_forms { forms() } else { first_forms() }
+        self.case.films()
     }
 
     fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
