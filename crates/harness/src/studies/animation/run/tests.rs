@@ -1,7 +1,12 @@
-use super::scenes::{Case, Setting, cases};
+use super::first_forms;
+use super::scenes::{Case, Setting, cases, long as long_cases};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::filmed::{REPETITIONS, Stage as _};
+use crate::studies::{Context, Progress};
+use crate::{Journal, Source};
 use drape_report::Verdict;
+use std::path::Path;
+use std::time::Instant;
 
 fn film(method: &'static str, substeps: Substeps) -> Film {
     Film { form: Variant::new("a", method), substeps }
@@ -40,4 +45,36 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     assert!(implicit[2].is_good(scene), "{:?}", implicit[2]);
     let timing = setting.time(holds).expect("times");
     assert!(timing.frame_s > 0.0 && timing.samples_s.len() <= REPETITIONS);
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _: &str, _: usize) {}
+    fn done(&self) {}
+    fn end(&self) {}
+}
+
+/// Without time the study names all forms of all scenes and starts no scene: the energies of the
+/// largest alone take minutes.
+#[test]
+fn a_long_study_without_time_names_what_is_missing() {
+    let journal = Journal::none().until(Some(Instant::now()));
+    let (out, source) = (Path::new(""), &Source { commit: None, dirty: None });
+    let progress = &Silent;
+    let context = Context {
+        out,
+        quick: false,
+        long: true,
+        progress,
+        journal: &journal,
+        allocated: None,
+        source,
+    };
+    let facts = super::long(&context).expect("a record").facts;
+    let named: Vec<_> = facts.missing.iter().map(|missing| missing.scene.clone()).collect();
+    assert_eq!(named, long_cases().iter().map(Case::id).collect::<Vec<_>>());
+    assert!(facts.missing.iter().all(|missing| missing.not_run.len() == first_forms().len()));
+    assert!(facts.scenes.is_empty() && facts.runs.is_empty());
+    assert_eq!(journal.missing().len(), 2 * named.len());
 }
