@@ -89,7 +89,7 @@ static LESSON: Lesson = Lesson {
     equation: Excerpt::docs("M (v_{n+1} − v_n) = h f(x_{n+1}, v_{n+1})", "(4)"),
     code: Excerpt::step(
         "// M (v_{n+1} − v_n) = h f(x_n + h v_{n+1}, v_{n+1})",
-        "state.x.copy_from_slice(stage.positions());",
+        "each_particle(system, &mut state.x, |i| x[i]);",
     ),
     law: Law::OneStep(backward_euler),
     load: None,
