@@ -299,7 +299,7 @@ fn method_table() -> String {
 }
 
 /// The studies that compare all methods, with the list of their runs.
-const COMPARING: [(&str, &str); 12] = [
+const COMPARING: [(&str, &str); 11] = [
     ("order", "rows"),
     ("momentum", "rows"),
     ("stability", "cells"),
@@ -311,7 +311,6 @@ const COMPARING: [(&str, &str); 12] = [
     ("trajectory", "rows"),
     ("animation", "runs"),
     ("rest", "runs"),
-    ("scaling", "cells"),
 ];
 
 /// How many methods and forms each of these studies runs.
