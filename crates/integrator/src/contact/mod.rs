@@ -80,7 +80,7 @@ mod friction;
 #[cfg(test)]
 mod tests;
 
-use crate::hold_pins;
+use crate::{each_particle, hold_pins};
 use basis::Basis;
 use drape_model::{Detection, Obstacle, System, Vec3};
 use drape_solvers::{Constraints, Filter};
@@ -737,6 +737,23 @@ impl ContactSet {
             Ok(()) => {}
             Err(never) => match never {},
         }
+    }
+
+    /// As [`project`](Self::project), in place; `free` is scratch. Without obstacles only the
+    /// constraints act.
+    pub fn project_in_place(
+        &mut self,
+        system: &System,
+        constraints: &mut Constraints,
+        free: &mut [Vec3],
+        velocity: &mut [Vec3],
+        impulse: &mut [Vec3],
+    ) {
+        if self.obstacles == 0 {
+            return constraints.impose(velocity);
+        }
+        each_particle(system, free, |i| velocity[i]);
+        self.project(system, constraints, free, velocity, impulse);
     }
 
     /// Removes the velocity into the obstacle from particles in contact. It is for methods whose

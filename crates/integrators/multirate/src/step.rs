@@ -149,8 +149,7 @@ impl Workspace {
     fn constrain(&mut self, system: &System, v: &mut [Vec3], clock: &mut PhaseClock) {
         clock.switch(Phase::Contact);
         let Self { free_velocity, impulse, contacts, constraints, .. } = self;
-        free_velocity.copy_from_slice(v);
-        contacts.project(system, constraints, free_velocity, v, impulse);
+        contacts.project_in_place(system, constraints, free_velocity, v, impulse);
         clock.switch(Phase::Update);
     }
 }

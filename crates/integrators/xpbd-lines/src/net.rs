@@ -2,7 +2,7 @@
 
 use crate::chains::{Chains, Places, springs_of};
 use crate::cover::Graph;
-use drape_integrator::{CompliantAngles, change_each};
+use drape_integrator::{CompliantAngles, change_each, each_particle};
 use drape_model::{Revisions, System, Vec3};
 use drape_solvers::bands::bands;
 
@@ -131,13 +131,10 @@ impl Net {
         is_first: bool,
     ) {
         let Self { angles, chains, families, inverse_mass, pending, damped, before, .. } = self;
-        if is_first {
-            let damped = &*damped;
-            if !damped.is_empty() {
-                change_each(system, way, |i, way| *way += damped[i]);
-            }
+        if is_first && !damped.is_empty() {
+            change_each(system, way, |i, way| *way += damped[i]);
         }
-        change_each(system, damped, |_, damped| *damped = Vec3::zeros());
+        each_particle(system, damped, |_| Vec3::zeros());
         let bands = bands(system.threads(), system.len());
         let mut places = Places { base, way, inverse_mass, bands };
         for Family { chains: k, family, .. } in families.iter().filter(|family| family.is_damped) {
@@ -145,10 +142,10 @@ impl Net {
             chains[*k].brake(*family, &mut places, pending, damped); // (L3)
         }
         if is_first {
-            change_each(system, pending, |_, pending| *pending = Vec3::zeros());
+            each_particle(system, pending, |_| Vec3::zeros());
         }
         let way = &*places.way;
-        change_each(system, before, |i, before| *before = way[i]);
+        each_particle(system, before, |i| way[i]);
         for list in angles {
             list.sweep(system, tau, (base, places.way), inverse_mass, is_first); // (L4)
         }

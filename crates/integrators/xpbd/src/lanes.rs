@@ -274,24 +274,17 @@ struct Share<'a> {
     brake: &'a mut [Brakes],
 }
 
-impl<'a> Share<'a> {
-    /// Splits off everything before a part.
-    fn before(self, part: usize) -> (Self, Self) {
+impl Divisible for Share<'_> {
+    fn split(self, count: usize) -> (Self, Self) {
         let Self { parts, way, lambda, brake } = self;
-        let (first, next) = (&parts[0], &parts[part]);
-        let (before, after) = parts.split_at(part);
+        let (first, next) = (&parts[0], &parts[count]);
+        let (before, after) = parts.split_at(count);
         let (way, other_way) = way.split_at_mut(next.places.start - first.places.start);
         let groups = next.groups.start - first.groups.start;
         let (lambda, other_lambda) = lambda.split_at_mut(groups);
         let (brake, other_brake) = brake.split_at_mut(groups.min(brake.len()));
         let after = Self { parts: after, way: other_way, lambda: other_lambda, brake: other_brake };
         (Self { parts: before, way, lambda, brake }, after)
-    }
-}
-
-impl Divisible for Share<'_> {
-    fn split(self, parts: usize) -> (Self, Self) {
-        self.before(parts)
     }
 }
 
@@ -374,8 +367,7 @@ impl Groups {
         let (groups, rows) = (&groups[..], &rows[..]);
         let (base, inverse_mass) = (&base[..], &inverse_mass[..]);
         let sweep = |_: Range<usize>, mut share: Share<'_>| {
-            while !share.parts.is_empty() {
-                let part = &share.parts[0];
+            while let [part, others @ ..] = share.parts {
                 let places = part.places.clone();
                 vectorised!(four_wide(), [four,
                     groups: &'k [Group] = &groups[part.groups.clone()],
@@ -391,10 +383,10 @@ impl Groups {
                 ] -> () {
                     in_turn(four, groups, rows, (lambda, brake), particles, pass);
                 });
-                if share.parts.len() == 1 {
+                if others.is_empty() {
                     break;
                 }
-                share = share.before(1).1;
+                share = share.split(1).1;
             }
         };
         for turn in &turns.turns {

@@ -138,12 +138,7 @@ impl LeapfrogWorkspace {
     fn constrain(&mut self, system: &System, v: &mut [Vec3], clock: &mut PhaseClock) {
         clock.switch(Phase::Contact);
         let Self { free_velocity, impulse, contacts, constraints, .. } = self;
-        if system.obstacles().is_empty() {
-            constraints.impose(v);
-            return clock.switch(Phase::Update);
-        }
-        each_particle(system, free_velocity, |i| v[i]);
-        contacts.project(system, constraints, free_velocity, v, impulse);
+        contacts.project_in_place(system, constraints, free_velocity, v, impulse);
         clock.switch(Phase::Update);
     }
 
