@@ -19,23 +19,16 @@ pub(in crate::studies::animation) fn run(
     let mut facts = Facts { scenes: Vec::new(), runs: Vec::new(), missing: Vec::new() };
     let (mut rows, mut hashes) = (Vec::new(), BTreeMap::new());
     for (number, case) in cases.iter().enumerate() {
-        let (id, films) = (case.id(), case.films());
-        let labels: Vec<_> = films.iter().map(|film| film.form.label.to_owned()).collect();
-        let part = format!("{id}, timings");
-        let journal = context.journal;
-        let has_run = |k| journal.kept::<Vec<Run>>(&id, k).is_some();
-        if journal.is_late() && !(0..films.len()).any(has_run) {
-            // Even the energy of a large scene takes minutes.
-            in_time(context, (&id, false), &films, |_| Err::<Vec<Run>, _>(HarnessError::Late))?;
-            in_time(context, (&part, true), &films, |_| Err::<TimingRow, _>(HarnessError::Late))?;
-            facts.missing.push(Missing { scene: id, not_run: labels, not_timed: Vec::new() });
-            continue;
-        }
         let mut setting = Setting::staged(case)?;
-        setting.deadline = journal.deadline();
+        setting.deadline = context.journal.deadline();
+        let films = setting.films();
+        let id = setting.scene.id.clone();
+        let labels: Vec<_> = films.iter().map(|film| film.form.label.to_owned()).collect();
         // True motions of large cloth take minutes, so they are computed only for forms that still
         // have to run.
-        let is_due = |k: usize| !has_run(k) && journal.takes(&id, k, false);
+        let journal = context.journal;
+        let is_due =
+            |k: usize| journal.kept::<Vec<Run>>(&id, k).is_none() && journal.takes(&id, k, false);
         let known = journal.kept(SCENES, number);
         let is_due = known.is_none() || (0..films.len()).any(is_due);
         if is_due && !journal.is_late() && finds_true_motion(&mut setting)? {
@@ -45,6 +38,7 @@ pub(in crate::studies::animation) fn run(
         }
         // Without a true motion the time is over. Then no form that is due runs.
         let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
+        let part = format!("{id}, timings");
         let times = in_time(context, (&part, true), &runs, |runs| {
             let sound = runs.iter().flatten().filter(|run| Setting::is_timed(run));
             sound.map(|run| setting.time(run)).collect::<Result<Vec<_>, _>>()

@@ -155,11 +155,6 @@ impl Case {
         format!("{place}, {}, {damping}, n={}{rate}{span}", self.fabric, self.side * self.side)
     }
 
-    /// The forms that run on it.
-    pub(super) fn films(&self) -> Vec<Film> {
-        if self.has_all_forms { forms() } else { first_forms() }
-    }
-
     /// Simulated time, s.
     fn span_s(&self) -> f64 {
         f64::from(self.frames) / f64::from(self.rate)
@@ -269,7 +264,8 @@ impl Setting {
         Ok(setting)
     }
 
-    /// The scene without its true motions. Its runs can be timed, but not judged.
+    /// The scene without its true motions and energies, which take minutes for large cloth. Its
+    /// runs can be timed, but not judged.
     pub(super) fn staged(case: &Case) -> Result<Self, HarnessError> {
         let case = *case;
         let spec = case.spec()?;
@@ -289,8 +285,6 @@ impl Setting {
         let frame = 1.0 / f64::from(case.rate);
         let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
         let reference = 2.0 * (frame / (2.0 * SAFETY * explicit)).ceil();
-        let released = reference_energy(&simulation, case.span_s())?;
-        let potential: f64 = elastic_energy(&simulation);
         let mass: f64 = simulation.system.mass().iter().sum();
         let fabric = Material::load(case.fabric)?;
         let stiffness = fabric.tension_n_per_m.warp.max(fabric.tension_n_per_m.weft);
@@ -315,8 +309,8 @@ impl Setting {
             trajectory_floor_m: 0.0,
             reference_error_m: 0.0,
             strain: 0.0,
-            released_j: released,
-            prestress: potential / released,
+            released_j: 0.0,
+            prestress: 0.0,
             portable: true,
         };
         let hash = system_hash(&spec);
@@ -324,8 +318,12 @@ impl Setting {
         Ok(Self { scene, hash, case, simulation, camera, members, deadline: None })
     }
 
-    /// Computes the true motions, the noise between them, and the error of their step.
+    /// Computes the energies of the scene, the true motions, the noise between them, and the error
+    /// of their step.
     pub(super) fn find_true_motion(&mut self) -> Result<(), HarnessError> {
+        let released = reference_energy(&self.simulation, self.case.span_s())?;
+        self.scene.released_j = released;
+        self.scene.prestress = elastic_energy(&self.simulation) / released;
         let choice = Choice::parse(REFERENCE, &[])?;
         let mut random = Random::new(SEED);
         let substeps = self.scene.reference_substeps;
@@ -522,7 +520,7 @@ impl Stage for Setting {
     type Row = TimingRow;
 
     fn films(&self) -> Vec<Film> {
-        self.case.films()
+        if self.case.has_all_forms { forms() } else { first_forms() }
     }
 
     fn runs(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {

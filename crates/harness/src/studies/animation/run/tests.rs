@@ -55,8 +55,8 @@ impl Progress for Silent {
     fn end(&self) {}
 }
 
-/// Without time the study names all forms of all scenes and starts no scene: the energies of the
-/// largest alone take minutes.
+/// Without time the study names all forms of all scenes and runs nothing: the energies of the
+/// largest scene alone take minutes.
 #[test]
 fn a_long_study_without_time_names_what_is_missing() {
     let journal = Journal::none().until(Some(Instant::now()));
