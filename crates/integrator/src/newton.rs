@@ -288,3 +288,47 @@ enum LineSearch {
     /// No step length lowers the potential.
     Failed,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Implicit;
+    use crate::random::Lcg;
+    use crate::test_support::net;
+
+    /// Without a tolerance round-off ends the iteration. Then the better of the last two iterates
+    /// is the solution.
+    #[test]
+    fn an_iteration_that_stagnates_keeps_the_better_of_its_last_two_iterates() {
+        let mut random = Lcg::new();
+        let mut taken_back = 0;
+        for _ in 0..20 {
+            let x: Vec<_> = (0..6)
+                .map(|i| Vec3::x() * f64::from(i) + Vec3::from_fn(|_, _| 0.3 * random.signed()))
+                .collect();
+            let springs: Vec<_> = (1..6).map(|i| (i - 1, i, 1e5, 0.9)).collect();
+            let (system, state) = net("tension", &[1.0; 6], &x, &springs, &[]);
+            let (free, none) = (Constraints::free(6), [Vec3::zeros(); 6]);
+            let solve = |max_iterations: u32| {
+                let mut potential = IncrementalPotential::new(&system, Implicit::Springs);
+                potential.begin(&system, 0.01, (&state.x, &state.v), state.level(), &none);
+                let linear =
+                    NewtonLinear { jacobian: Jacobian::Fresh, solver: NewtonSolver::Cholesky };
+                let mut newton = Newton::new(&system, &potential, linear).expect("a pattern");
+                let settings =
+                    NewtonSettings { residual: 0.0, max_iterations, safeguard: Safeguard::None };
+                let mut v = state.v.clone();
+                let report = newton.minimise(&system, &mut potential, &free, &mut v, &settings);
+                let mut left = potential.gradient(&system, &v).to_vec();
+                (report.expect("solved"), potential.filtered_norm(&free, &mut left))
+            };
+            let (end, left) = solve(100);
+            assert_eq!(end.status, SolveStatus::Stagnated);
+            assert_eq!(left, end.residual);
+            let [before, last] = [end.iterations - 1, end.iterations].map(|most| solve(most).1);
+            assert_eq!(left, last.min(before));
+            taken_back += u32::from(last > before);
+        }
+        assert!(taken_back > 0, "no iterate was worse than the one before");
+    }
+}

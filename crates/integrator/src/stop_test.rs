@@ -261,3 +261,47 @@ impl StepReference {
         (lightest, self.blocks.iter().fold(Sums::default(), |sum, block| sum.add(*block)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::net;
+    use crate::{Implicit, LinearSettings, PreconditionerKind, SolverKind, Weights};
+
+    /// Pairs on springs, all at rest at 1 m from the origin: round-off alone sets the reference. The
+    /// springs' part of the matrix grows with the root of their number; the reach does not grow.
+    #[test]
+    fn the_reach_is_that_of_the_farthest_particle_however_many_there_are() {
+        let reference = |pairs: usize| {
+            let x = [Vec3::x(), Vec3::y()].repeat(pairs);
+            let springs: Vec<_> = (0..pairs).map(|i| (2 * i, 2 * i + 1, 1e3, 1.0)).collect();
+            let (system, state) = net("tension", &vec![1.0; 2 * pairs], &x, &springs, &[]);
+            let settings = LinearSettings {
+                forcing_term: 1e-3,
+                preconditioner: PreconditionerKind::Jacobi,
+                norm: StopNorm::Velocity,
+                solver: SolverKind::Cg,
+                rebuild_every_step: false,
+            };
+            let (tau, weights) = (0.01, Weights::StiffnessAndDamping);
+            let linear = LaplacianSolver::new(&system, Implicit::Springs, weights, settings, tau);
+            let mut linear = linear.expect("a solver");
+            linear.refresh(&system, tau).expect("a matrix");
+            let mut contacts = ContactSet::new(&system);
+            let mut constraints = Constraints::free(system.len());
+            let start = StepStart { system: &system, state: &state, tau, rounds_positions: true };
+            let found = StepReference::new(&system, &linear).of(
+                start,
+                &mut linear,
+                &mut contacts,
+                &mut constraints,
+                |_| Vec3::zeros(),
+            );
+            let Reference::Absolute(value) = found else { panic!("{found:?}") };
+            value
+        };
+        let (one, many) = (reference(1), reference(4 * BLOCK));
+        let expected = one * (4.0 * BLOCK as f64).sqrt();
+        assert!(one > 0.0 && (many / expected - 1.0).abs() < 1e-12, "{many:e} {expected:e}");
+    }
+}

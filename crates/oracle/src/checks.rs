@@ -9,8 +9,8 @@ pub mod contact;
 use crate::laws::{Drift, free_fall};
 use crate::order::{ObservedOrder, of_method, position_error};
 use crate::reference::{Reference, ReferenceSettings, reference};
-use crate::scenes::{GRAVITY, Sheet, anchored, build, rotor, stir};
-use crate::{Run, order_of};
+use crate::scenes::{GRAVITY, Sheet, anchored, build, in_a_gust, rotor, stir};
+use crate::{Run, apart, order_of};
 use drape_integrator::{Integrator, StepReport};
 use drape_model::{SpringEffect, State, System, Vec3};
 use nalgebra::{Matrix2, Vector2};
@@ -215,6 +215,22 @@ pub fn after_a_change(new: impl Fn() -> Box<dyn Integrator>, h: f64) -> [Run; 2]
     kept.steps(2);
     fresh.steps(2);
     [kept, fresh]
+}
+
+/// Observed order in a [gust](in_a_gust), over runs with these numbers of equal steps. Each run is
+/// compared with one of twice as many steps.
+///
+/// # Panics
+/// If a run is refused, or if the distances give no order.
+pub fn order_in_a_gust(new: impl Fn() -> Box<dyn Integrator>, steps: &[u32]) -> ObservedOrder {
+    let span = 0.25;
+    let end = |steps: u32| {
+        let mut run = Run::new(new(), in_a_gust(), span / f64::from(steps));
+        run.steps(steps as usize);
+        run.state.x
+    };
+    order_of(span, steps, |steps| apart(&end(steps), &end(2 * steps)))
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The result of a run of the [hanging](Sheet::hanging) sheet.

@@ -17,7 +17,7 @@ const SCENE: &str = r#"{ "format": "drape-system/1",
         "stiffness_n_per_m": 4 }],
     "pins": [{ "particle": 0 }] }"#;
 
-const HELLO: &str = r#"{"protocol":"drape-method/1","name":"test","order":1,"class":"dissipative","implicit":false,"supports":["tension","gravity","pins"]}"#;
+const HELLO: &str = r#"{"protocol":"drape-method/1","name":"test","order":1,"class":"dissipative","implicit":false,"supports":["tension","gravity","pins","moving pins"]}"#;
 
 fn scene() -> (System, State) {
     parse("scene", SCENE).unwrap().spec().build().unwrap()
@@ -107,6 +107,27 @@ fn a_program_that_answers_is_taken_at_its_word() {
     assert_eq!((state.x, state.v), (start.x, start.v));
     assert_eq!(state.t, 0.1);
     assert_no_zombie();
+}
+
+/// The request ends with the place where the pin is at the end of the step, and the pin is there.
+#[test]
+fn a_pin_that_is_led_is_at_its_place_after_each_step() {
+    let led = r#""pins": [{ "particle": 0,
+        "path": [{ "time_s": 1, "offset_m": [0, 0, 0.5] }] }]"#;
+    let text = SCENE.replace(r#""pins": [{ "particle": 0 }]"#, led);
+    let (system, mut state) = parse("scene", &text).unwrap().spec().build().unwrap();
+    // The pin's old place is left out, its new one is put before the rest of the state.
+    let step = "echo '{\"bytes\":96}'\nhead -c 24 >/dev/null\nhead -c 72 >\"$0.rest\"\nhead -c 24\n\
+                cat \"$0.rest\"";
+    let (_folder, command) = script(&format!("{step}\nread line || exit 0\n{step}"));
+    let h = TimeStep::new(0.25).unwrap();
+    let mut integrator = integrator(&command, &[]);
+    integrator.prepare(&system, h).unwrap();
+    for height in [0.125, 0.25] {
+        integrator.step(&system, &mut state, h, &mut PhaseClock::off()).unwrap();
+        assert_eq!(state.x, [Vec3::z() * height, Vec3::x() * 0.5]);
+        assert_eq!(state.v, [Vec3::z() * 0.5, Vec3::x() * 0.25]);
+    }
 }
 
 /// The answer and the end of the output come in one reading, or in two.

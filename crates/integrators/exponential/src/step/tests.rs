@@ -7,7 +7,7 @@ use drape_oracle::checks::{self, Known};
 use drape_oracle::laws::Drift;
 use drape_oracle::recurrence::exact_oscillator;
 use drape_oracle::reference::ReferenceSettings;
-use drape_oracle::scenes::{Sheet, stir, uneven, waving};
+use drape_oracle::scenes::{Sheet, in_a_gust, stir, uneven, waving};
 use drape_oracle::{Run, bits};
 
 fn with(krylov_tol: f64, max_dim: usize) -> Box<dyn Integrator> {
@@ -87,6 +87,22 @@ fn a_step_that_needs_more_dimensions_is_divided() {
     assert_eq!(small.state.t, large.state.t);
     let apart = drape_oracle::apart(&small.state.x, &large.state.x);
     assert!(apart < 1e-3, "{apart:e}");
+}
+
+/// A step takes the wind of its start, and so does each part of a divided one: the error falls with
+/// the number of parts.
+#[test]
+fn each_part_of_a_divided_step_takes_the_wind_of_its_time() {
+    let end = |max_dim: usize, steps: u32| {
+        let mut run = Run::new(with(1e-10, max_dim), in_a_gust(), 0.05 / f64::from(steps));
+        let parts: u32 = run.steps(steps as usize).iter().map(|report| report.substeps).sum();
+        (run.state.x, parts)
+    };
+    let [(exact, _), (whole, one), (divided, parts)] =
+        [(150, 256), (150, 1), (5, 1)].map(|(max_dim, steps)| end(max_dim, steps));
+    assert!(one == 1 && parts >= 4, "{one} and {parts} parts");
+    let [whole, divided] = [whole, divided].map(|x| drape_oracle::apart(&x, &exact));
+    assert!(divided < 2.0 * whole / f64::from(parts), "{divided:e} in {parts} parts, {whole:e}");
 }
 
 #[test]

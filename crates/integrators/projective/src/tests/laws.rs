@@ -10,7 +10,7 @@ use drape_oracle::reference::{ReferenceSettings, reference};
 use drape_oracle::scenes::{
     GRAVITY, Sheet, build, particles, spring, stiffening, stir, tension, uneven,
 };
-use drape_oracle::{Random, apart};
+use drape_oracle::{Random, apart, bits};
 
 /// The iterations start at the inertial velocities, which are the solution here.
 #[test]
@@ -51,6 +51,28 @@ fn net(stiffness: f64, damping: f64, law: DampingLaw) -> (System, State) {
     }
     spec.damping = law;
     build(&spec)
+}
+
+/// The tolerance of the global step is relative: masses and stiffnesses in another unit, which is a
+/// power of two here, change no bit of the motion.
+#[test]
+fn the_unit_of_mass_does_not_matter() {
+    for acceleration in ALL {
+        let end = |unit: f64| {
+            let mut spec = Sheet::default().spec();
+            spec.particles.mass_kg.iter_mut().for_each(|m| *m *= unit);
+            for spring in &mut spec.springs {
+                spring.stiffness_n_per_m *= unit;
+                spring.damping_n_s_per_m *= unit;
+            }
+            let start = stir(build(&spec), 0.02, 0.5);
+            let text = format!("acceleration={acceleration},solver=cg,forcing_term=1e-3");
+            let mut run = run(&text, start, 0.01);
+            run.steps(3);
+            bits(&run.state)
+        };
+        assert_eq!(end(1.0), end(2.0_f64.powi(20)), "{acceleration}");
+    }
 }
 
 /// All iterates have the momentum of the start: forces act in pairs, and the columns of the matrix

@@ -4,6 +4,7 @@ use super::*;
 use crate::settings::Division;
 use drape_integrator::{Integrator, StepError};
 use drape_model::{DampingLaw, EffectKind, KeyframeSpec, ObstacleSpec, SpringEffect, SystemSpec};
+use drape_oracle::checks;
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::recurrence;
 use drape_oracle::reference::{ReferenceSettings, reference};
@@ -80,6 +81,15 @@ fn the_order_is_two() {
             let order = found.expect("an order").order;
             assert!((order - 2.0).abs() < 0.15, "{law:?}: {order}");
         }
+    }
+}
+
+/// Each stage takes the wind of its own time.
+#[test]
+fn a_gust_keeps_the_order() {
+    for stages in [2, 6] {
+        let found = checks::order_in_a_gust(|| fixed(stages), &[40, 80, 160]);
+        assert!((found.order - 2.0).abs() < 0.2, "{stages} stages: {found:?}");
     }
 }
 

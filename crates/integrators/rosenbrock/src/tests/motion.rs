@@ -235,6 +235,16 @@ fn angles_and_wind_keep_the_order() {
     }
 }
 
+/// Each stage takes the wind of its own time.
+#[test]
+fn a_gust_keeps_the_order() {
+    for (name, order) in EXACT {
+        let text = format!("tableau={name}");
+        let found = checks::order_in_a_gust(|| boxed(&text), &[40, 80, 160]);
+        assert!((found.order - f64::from(order)).abs() < 0.2, "{text}: {found:?}");
+    }
+}
+
 /// Steps of varying size keep the order: nothing of a step goes on in the next one.
 #[test]
 fn the_order_survives_changes_of_the_step_size() {
