@@ -381,6 +381,24 @@ fn motion(kept: Option<Kept>, expected: &Expected) -> (Judged, String) {
 mod tests {
     use super::*;
 
+    /// Between the limits theory and measurement must agree; beyond them the measurement decides.
+    #[test]
+    fn a_share_between_the_limits_needs_the_word_of_theory() {
+        for (share, foreseen, verdict) in [
+            (0.3, 0.9, Judged::Locked),
+            (0.4, 0.9, Judged::Unknown),
+            (0.4, 0.2, Judged::Locked),
+            (0.6, 0.9, Judged::Stable),
+            (0.6, 0.2, Judged::Unknown),
+            (0.8, 0.2, Judged::Stable),
+        ] {
+            let kept = Kept::Share { share, windows: 1, steps: 100 };
+            let lever = Lever { lever: 1.0, time: 1.0, freedom: 1.0 };
+            let (found, reason) = motion(Some(kept), &Expected::Share(lever, foreseen));
+            assert_eq!(found, verdict, "{share} kept, {foreseen} foreseen: {reason}");
+        }
+    }
+
     /// A cloth at rest has no kinetic energy that a rise could be small beside.
     #[test]
     fn a_rise_within_round_off_is_no_gain() {

@@ -287,3 +287,55 @@ fn is_definite(
     BlockFactor::new(&matrix, FactorKind::Cholesky)
         .is_ok_and(|mut factor| factor.factorise(&matrix).is_ok())
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use drape_model::{AirSpec, DragSpec, SystemSpec, TimeSpan};
+    use drape_oracle::scenes::{anchored, build, particles, tension};
+
+    /// What `ask` says of a method on a system in steps of `step_s` seconds.
+    fn ask<T>(spec: &SystemSpec, method: &str, step_s: f64, ask: impl Fn(&Problem<'_>) -> T) -> T {
+        let (system, state) = build(spec);
+        ask(&Problem {
+            schedule: &Schedule::steady(TimeSpan { step_s, duration_s: 100.0 * step_s }),
+            is_at_rest: false,
+            choice: &Choice::parse(method, &[]).unwrap(),
+            simulation: &Simulation { system, state },
+        })
+    }
+
+    /// An oscillator, on which an explicit step is stable for `h²k/m ≤ 4`.
+    #[test]
+    fn instability_is_foreseen_only_beyond_the_margin() {
+        let springs = [(SpringEffect::Tension, 1.0, 1.0, 0.0)];
+        let spec = anchored(1.0, &springs, Vec3::x(), Vec3::zeros());
+        for (theta, expected) in [
+            (3.99, Linear::Everywhere),
+            (4.01, Linear::Somewhere),
+            (4.03, Linear::Somewhere),
+            (4.05, Linear::Nowhere),
+        ] {
+            let of = |problem: &Problem<'_>| problem.analyse(None, &Factors::ONE_STEP);
+            let found = ask(&spec, "symplectic-euler", f64::sqrt(theta), of);
+            assert_eq!(found, expected, "{theta}");
+        }
+    }
+
+    /// A triangle moves against the air as a whole: `hδ = hca/(3m)`. By Gershgorin `λ ≤ 4k/m`, so
+    /// that a part of a divided step is at most 0.95 s long.
+    #[test]
+    fn drag_acts_on_the_parts_of_a_divided_step() {
+        let corners = [Vec3::zeros(), Vec3::x(), Vec3::y()];
+        let mut spec = particles(&[1.0; 3], &corners, &[Vec3::z(); 3]);
+        spec.triangles = vec![[0, 1, 2]];
+        spec.springs = [(0, 1), (1, 2), (2, 0)].map(|ends| tension(ends, 1.0, 1.0, 0.0)).to_vec();
+        let drag = DragSpec::Linear { coefficient_n_s_per_m3: 6.0 };
+        spec.effects.air = Some(AirSpec { drag, wind: None });
+        for (method, parts) in [("leapfrog", 1.0), ("leapfrog:step=bound,safety=0.95", 10.0)] {
+            let found = ask(&spec, method, 9.0, |problem| problem.explicit_drag().unwrap());
+            assert!((found - 9.0 / parts).abs() < 1e-12, "{method}: {found}");
+        }
+    }
+}
