@@ -88,8 +88,13 @@ pub enum ReferenceError {
 }
 
 /// `(x, v)' = (v, M⁻¹ f)`, with pinned particles at rest. It allocates its scratch once.
+///
+/// Where forces change with time, time is one more unknown, `t' = 1`. The library that takes the
+/// steps evaluates their last stage at the time of their start (`c₁₂` is 0 instead of 1 in version
+/// 0.6.2), so with its own times the method would be of order 1.
 struct Motion<'a> {
     system: &'a System,
+    has_clock: bool,
     scratch: RefCell<Scratch>,
 }
 
@@ -105,11 +110,18 @@ impl<'a> Motion<'a> {
     fn new(system: &'a System) -> Self {
         let zeros = || vec![Vec3::zeros(); system.len()];
         let scratch = Scratch { x: zeros(), v: zeros(), force: zeros(), evaluations: 0 };
-        Self { system, scratch: RefCell::new(scratch) }
+        let has_clock = system.effects().any(|effect| effect.changes_with_time());
+        Self { system, has_clock, scratch: RefCell::new(scratch) }
     }
 
     fn evaluations(&self) -> u64 {
         self.scratch.borrow().evaluations
+    }
+
+    fn pack(&self, state: &State) -> DVector<f64> {
+        let vectors = state.x.iter().chain(&state.v).flat_map(|a| a.iter().copied());
+        let numbers: Vec<f64> = vectors.chain(self.has_clock.then_some(state.t)).collect();
+        DVector::from_vec(numbers)
     }
 }
 
@@ -117,14 +129,18 @@ impl ode_solvers::System<f64, DVector<f64>> for &Motion<'_> {
     fn system(&self, t: f64, y: &DVector<f64>, dy: &mut DVector<f64>) {
         let Scratch { x, v, force, evaluations } = &mut *self.scratch.borrow_mut();
         *evaluations += 1;
-        let (positions, velocities) = y.as_slice().split_at(3 * x.len());
+        let (positions, rest) = y.as_slice().split_at(3 * x.len());
+        let (velocities, clock) = rest.split_at(3 * v.len());
+        let t = clock.first().copied().unwrap_or(t);
         for (to, from) in [(&mut *x, positions), (&mut *v, velocities)] {
             for (to, from) in to.iter_mut().zip(from.chunks_exact(3)) {
                 to.copy_from_slice(from);
             }
         }
         self.system.forces(Level { t, x, v }, force);
-        let (dx, dv) = dy.as_mut_slice().split_at_mut(3 * x.len());
+        let (dx, rest) = dy.as_mut_slice().split_at_mut(3 * x.len());
+        let (dv, clock) = rest.split_at_mut(3 * v.len());
+        clock.fill(1.0);
         let rates = dx.chunks_exact_mut(3).zip(dv.chunks_exact_mut(3));
         let particles = self.system.mass().iter().zip(self.system.pinned());
         for (i, ((dx, dv), (mass, is_pinned))) in rates.zip(particles).enumerate() {
@@ -134,11 +150,6 @@ impl ode_solvers::System<f64, DVector<f64>> for &Motion<'_> {
             dv.copy_from_slice(acceleration.as_slice());
         }
     }
-}
-
-fn pack(state: &State) -> DVector<f64> {
-    let vectors = state.x.iter().chain(&state.v);
-    DVector::from_iterator(6 * state.len(), vectors.flat_map(|a| a.iter().copied()))
 }
 
 fn unpack(t: f64, y: &DVector<f64>) -> State {
@@ -159,7 +170,7 @@ fn run(
     tolerance: f64,
     max_steps: u32,
 ) -> Result<(Vec<State>, u32), ReferenceError> {
-    let (mut t, mut y) = (start.t, pack(start));
+    let (mut t, mut y) = (start.t, motion.pack(start));
     let mut steps = 0;
     let mut states = Vec::new();
     for &end in times {

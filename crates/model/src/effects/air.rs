@@ -386,6 +386,10 @@ impl Effect for Air {
         true
     }
 
+    fn changes_with_time(&self) -> bool {
+        self.wind.is_some_and(|wind| wind.gust.is_some())
+    }
+
     fn medium_velocity(&self, t: f64) -> Vec3 {
         self.wind(t)
     }

@@ -136,6 +136,11 @@ pub trait Effect: Debug + Send + Sync {
         false
     }
 
+    /// Whether the forces of the effect depend on time itself, and not only through the motion.
+    fn changes_with_time(&self) -> bool {
+        self.is_drag()
+    }
+
     /// Velocity at time `t` (s) of the medium against which the effect drags, m/s; 0 if there is no
     /// medium.
     fn medium_velocity(&self, _t: f64) -> Vec3 {

@@ -132,3 +132,21 @@ fn one_adaptive_run_ends_where_the_reference_does_and_counts_its_evaluations() {
         Err(ReferenceError::StepLimit { steps: 1, .. })
     ));
 }
+
+/// The error falls with the tolerance, in few steps, only if every stage takes the forces of its
+/// time.
+#[test]
+fn a_gust_is_followed_with_the_full_order() {
+    let (system, start) = crate::scenes::in_a_gust();
+    let run = |tolerance| {
+        let settings = ReferenceSettings { tolerance, ..ReferenceSettings::default() };
+        adaptive(&system, &start, 0.25, settings).expect("smooth")
+    };
+    let (rough, fine, finest) = (run(1e-6), run(1e-9), run(1e-12));
+    let error = |run: &AdaptiveRun| {
+        let pairs = run.state.x.iter().zip(&finest.state.x);
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    assert!(error(&rough) < 1e-5 && error(&fine) < 1e-8, "{} {}", error(&rough), error(&fine));
+    assert!(finest.steps < 500, "{} steps", finest.steps);
+}
