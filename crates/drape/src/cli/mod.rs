@@ -9,6 +9,7 @@ mod exit;
 mod input;
 mod interrupt;
 mod limit;
+mod number;
 mod output;
 mod parquet;
 mod progress;

@@ -318,7 +318,7 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         told("refused", listed(&reasons, "; "));
     }
     let other = |&(target, run): &(f64, usize)| {
-        format!("{} for {}", said(&Pick { run, times: 1.0 }), length(target))
+        format!("an error of {}: {}", length(target), said(&Pick { run, times: 1.0 }))
     };
     let mut changes: Vec<String> = advice.other_targets.iter().map(other).collect();
     if left > 0 {

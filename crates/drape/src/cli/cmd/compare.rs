@@ -3,6 +3,7 @@
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
+use crate::cli::number::number;
 use crate::cli::output::{Sink, check_folder, print};
 use crate::cli::progress::Clock as Progress;
 use drape_harness::compare::facts::{End, Facts, Metric};
@@ -28,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "shape")]
     metric: MetricArgument,
     /// Greatest error, m (default: a hundredth of the longest side of the cloth)
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = number)]
     target: Option<f64>,
     /// Length of a frame, s: a number or a fraction
     #[arg(long, value_name = "S", default_value = "1/60", allow_hyphen_values = true)]
@@ -37,7 +38,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true)]
     budget: String,
     /// Simulated time, s (default: of the scene; a discretised system has none)
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number)]
     duration: Option<f64>,
     /// Seed of the perturbed starts that measure the noise
     #[arg(long, value_name = "N", default_value_t = 20)]
@@ -200,9 +201,12 @@ fn part_is_done(arguments: &Arguments, shard: Shard, facts: &Facts) -> anyhow::R
         .into());
     }
     let rest = if left > 0 { format!(", {left} of them not to their end") } else { String::new() };
+    let forms = match facts.forms.len() {
+        1 => "1 form was".to_owned(),
+        more => format!("{more} forms were"),
+    };
     tell!(
-        "shard {shard}: {} forms were raced{rest}; to join shards: drape compare {} --parts {out},…",
-        facts.forms.len(),
+        "shard {shard}: {forms} raced{rest}; to join shards: drape compare {} --parts {out},…",
         quoted(&arguments.scene)
     );
     Ok(())
@@ -245,10 +249,10 @@ fn refusal(key: &str, value: &str, expected: &str) -> Violation {
 
 /// Frames a second, from the length of one.
 fn rate(text: &str) -> Result<f64, Violation> {
-    let number = |text: &str| text.trim().parse::<f64>().ok();
     let rate = match text.split_once('/') {
-        Some((a, b)) => number(b).zip(number(a)).map(|(b, a)| b / a),
-        None => number(text).map(|length| 1.0 / length),
+        // One rounding instead of two.
+        Some((a, b)) => number(&format!("{b}/{a}")).ok(),
+        None => number(text).ok().map(|length| 1.0 / length),
     };
     let expected = "a length in seconds above 0, as a number or a fraction such as 1/60";
     rate.filter(|rate| *rate > 0.0 && rate.is_finite())

@@ -1,5 +1,6 @@
 //! Frames of a run: a sequence of OBJ files, a glTF animation.
 
+use crate::cli::number::number;
 use crate::cli::output::{Sink, check_extension};
 use drape_harness::{Moving, OrderedSimulation};
 use drape_model::{SystemSpec, TimeSpan, Violation};
@@ -20,7 +21,7 @@ pub(crate) struct FrameArguments {
     animation: Option<PathBuf>,
     /// Frames in a simulated second [default: 25]. A frame shows the first step that ends at its
     /// time or later
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     fps: Option<f64>,
 }
 

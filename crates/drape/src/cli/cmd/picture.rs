@@ -3,6 +3,7 @@
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
+use crate::cli::number::number;
 use crate::cli::output::{Sink, check_extension, is_stream};
 use crate::cli::progress::bar;
 use drape_harness::methods::{Choice, MethodError};
@@ -24,14 +25,14 @@ pub(crate) struct Arguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
     /// Time step, s (default: of the scene; a discretised system has none)
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number)]
     dt: Option<f64>,
     /// Simulated time, s (default: of the scene; a discretised system has none)
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number)]
     duration: Option<f64>,
     /// Time of the picture, s; may be repeated (default: the end). The picture shows the end of the
     /// first step that ends at this time or later
-    #[arg(long = "time", value_name = "S", allow_negative_numbers = true)]
+    #[arg(long = "time", value_name = "S", allow_negative_numbers = true, value_parser = number)]
     times: Vec<f64>,
     /// File for the picture, or - for standard output; several pictures get numbers: FILE-1.png
     /// and so on

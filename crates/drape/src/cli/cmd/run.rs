@@ -6,6 +6,7 @@ use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
+use crate::cli::number::number;
 use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
@@ -31,10 +32,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     method: String,
     /// Time step, s (default: of the scene; a discretised system has none)
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number)]
     dt: Option<f64>,
     /// Simulated time, s (default: of the scene; a discretised system has none)
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_negative_numbers = true, value_parser = number)]
     duration: Option<f64>,
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
