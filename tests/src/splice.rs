@@ -8,7 +8,7 @@ use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
 use drape_harness::studies::regret::facts as regret;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
-use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, all_uses, tied, wins};
+use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, Use, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
 use drape_report::number::median;
 use serde_json::Value;
@@ -267,21 +267,24 @@ fn times(timings: &[TimingRow]) -> String {
 
 /// The uses with their reasons.
 fn uses(results: &Path) -> Result<String, String> {
-    let mut text = "\n\n| use | take | the record says |\n|---|---|---|\n".to_owned();
-    for (what, (take, why)) in all_uses(results)? {
+    let measured_on = uses::measured_on(results)?;
+    let mut text =
+        format!("\n\n| use | take | {measured_on} | the record says |\n|---|---|---|---|\n");
+    for Use { what, take, measured, why } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {what} | {take} | {why} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} | {why} |");
     }
     Ok(text + "\n")
 }
 
 /// The uses alone; the page of methods has the reasons.
 fn uses_in_short(results: &Path) -> Result<String, String> {
-    let mut text =
-        "\n| use ([reasons](crates/drape/docs/methods.md)) | take |\n|---|---|\n".to_owned();
-    for (what, (take, _)) in all_uses(results)? {
+    let reasons = "[reasons](crates/drape/docs/methods.md)";
+    let measured_on = uses::measured_on(results)?;
+    let mut text = format!("\n| use ({reasons}) | take | {measured_on} |\n|---|---|---|\n");
+    for Use { what, take, measured, .. } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {what} | {take} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} |");
     }
     Ok(text)
 }

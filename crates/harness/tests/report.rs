@@ -141,8 +141,8 @@ fn the_five_uses_stand_beside_the_answer_where_their_records_are_there() {
     let shown = rows(common::copy_of_committed().path());
     let uses = drape_harness::studies::uses::all_uses(common::committed()).unwrap();
     assert_eq!(shown.len(), uses.len());
-    for (row, (what, (take, why))) in shown.iter().zip(uses) {
-        for said in [what, &take, &why] {
+    for (row, answer) in shown.iter().zip(uses) {
+        for said in [answer.what, &answer.take, &answer.measured, &answer.why] {
             assert!(row.contains(&said.replace('`', "")), "{said}: {row}");
         }
     }

@@ -38,7 +38,6 @@ use crate::stability::gershgorin;
 use crate::studies::variant::is_explicit;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene};
 use drape_model::{System, SystemSpec, Violation};
-use drape_report::Verdict;
 use drape_report::number::{percent, significant};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -209,10 +208,7 @@ fn knob(row: &Row, run: &Run) -> Option<f64> {
 
 /// The cheapest run of a row that gets to an error.
 fn reached(row: &Row, level: f64) -> Option<Reached> {
-    let gets = |run: &&Run| {
-        run.verdict == Verdict::Completed && run.error.is_some_and(|error| error <= level)
-    };
-    let cheapest = row.runs.iter().filter(gets);
+    let cheapest = row.runs.iter().filter(|run| run.is_good(level));
     let cheapest = cheapest.min_by(|a, b| a.modelled_s.total_cmp(&b.modelled_s))?;
     Some(Reached { value: knob(row, cheapest)?, modelled_s: cheapest.modelled_s })
 }
@@ -453,7 +449,7 @@ fn reason(
     let next = other.map_or_else(String::new, |other| {
         let lead = (other.score - first.score).exp();
         format!(
-            "; the next method, {}, some {} times as much",
+            "; the next method, {}, takes some {} times as long as this one",
             other.form.method,
             significant(lead, 2)
         )
@@ -469,7 +465,7 @@ fn reason(
     format!(
         "{} with steps of {} s, for an error of {} of the motion. With ω = {}/s, damping {}/s and \
          {} particles the cloth is nearest to {nearest} of the study work-precision; weighed over \
-         its scenes, this form pays some {} times the fastest{next}.{short}",
+         its scenes, this form takes some {} times as long as the fastest{next}.{short}",
         pick.method,
         significant(pick.step_s, 3),
         percent(level, 2),

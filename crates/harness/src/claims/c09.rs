@@ -72,7 +72,7 @@ fn readings(evidence: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Number, Ruling};
+    use super::super::{Number, Ruling, Standing, standing};
     use super::*;
 
     /// What is recorded of a case.
@@ -100,5 +100,19 @@ mod tests {
         assert_eq!(verdict(&[&sound]), Ruling::Fails);
         assert_eq!(verdict(&[&astray]), Ruling::Holds);
         assert_eq!(verdict(&[&resting]), Ruling::Holds);
+    }
+
+    /// One reading that holds does not outvote a criterion that is met only in part.
+    #[test]
+    fn it_does_not_hold_while_its_criterion_is_undecided() {
+        let stands = |other: &[Number]| {
+            let numbers = [case("b", 0.02, [0.3, 0.2, 0.1]), other.to_vec()].concat();
+            let verdict = CLAIM.judge(&Evidence::new(&numbers)).verdict;
+            (verdict, standing(CLAIM.id, verdict, &numbers))
+        };
+        let sound = case("a", 0.001, [0.3, 0.2, 0.1]);
+        assert_eq!(stands(&sound), (Ruling::Undecided, Standing::Depends));
+        let depending = case("a", 0.02, [0.3, 0.2, 0.1]);
+        assert_eq!(stands(&depending), (Ruling::Holds, Standing::Holds));
     }
 }

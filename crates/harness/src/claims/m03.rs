@@ -1,6 +1,6 @@
 //! M03: vertex block descent and projective dynamics do not share the lead of XPBD.
 
-use super::places::{Ground, Places, judgement};
+use super::places::{Ground, Places, all_of, judgement};
 use super::{Age, Claim, Evidence, Judgement, Missing, Origin, sole};
 
 pub(super) const CLAIM: Claim = Claim {
@@ -15,8 +15,8 @@ pub(super) const CLAIM: Claim = Claim {
         "time at 1e10 for ",
         "doubt of the reference at ",
     ],
-    overturned_by: "One of these errors that one of the two reaches for the least or the second \
-                    least time refutes it.",
+    overturned_by: "One of these errors that one of the two reaches in less than half of the time of \
+                    all others but one refutes it.",
     see: "work-precision-stiff.svg",
     age: Age::MODELLED,
     judge,
@@ -34,7 +34,7 @@ pub(crate) const LEVELS: [f64; 3] = [1e-1, 3e-2, 1e-2];
 fn judge(evidence: Evidence<'_>) -> Result<Judgement, Missing> {
     let [first, second] = METHODS.map(|method| Places::of(evidence, method, &GROUNDS, &LEVELS));
     let places = [first?, second?];
-    Ok(judgement(!places.iter().any(Places::is_any_among_first), &places))
+    Ok(judgement(all_of(places.iter().map(Places::lag)), &places))
 }
 
 #[cfg(test)]
@@ -46,10 +46,12 @@ mod tests {
     #[test]
     fn neither_may_be_second_anywhere() {
         let behind = [("xpbd", 1.0), ("dirk", 2.0), ("vbd", 3.0), ("projective", f64::INFINITY)];
-        let second = [("xpbd", 1.0), ("dirk", 4.0), ("vbd", 5.0), ("projective", 3.0)];
+        let second = [("xpbd", 1.0), ("dirk", 7.0), ("vbd", 9.0), ("projective", 3.0)];
+        let tied = [("xpbd", 1.0), ("dirk", 4.0), ("vbd", 5.0), ("projective", 3.0)];
         let ruled = |changed| contest(&CLAIM, &GROUNDS, &LEVELS, &behind, changed);
         assert_eq!(ruled(None), Ruling::Holds);
         assert_eq!(ruled(Some((2, 2, &second[..]))), Ruling::Fails);
+        assert_eq!(ruled(Some((2, 2, &tied[..]))), Ruling::Undecided);
         assert_eq!(ruled(Some((2, 2, &second[..2]))), Ruling::Undecided);
     }
 }

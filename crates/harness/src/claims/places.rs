@@ -7,8 +7,13 @@ use std::ops::Not;
 
 /// A method is among the first if at most one other is ahead of it.
 pub(crate) const FIRST: usize = 2;
-/// A reference ranks methods by an error if its own doubt is at most this share of the error.
-pub(crate) const TRUSTED: f64 = 1.0 / 3.0;
+/// A reference ranks methods by an error if its own doubt is at most this share of the error: as in
+/// the studies, an error ranks if it is at least twice the noise.
+pub(crate) const TRUSTED: f64 = 0.5;
+
+/// Modelled times within this factor are a tie, as in the study `work-precision`: steps are powers of
+/// two, and prices have errors of 25 %. What only a tie refutes is undecided.
+pub(crate) const TIE: f64 = 2.0;
 
 /// A sheet on which methods compete: the hanging sheet of the study `work-precision`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +59,8 @@ impl Ground {
         format!("{stiffness:e}{damping}{size}{ball}")
     }
 
-    /// What the doubt of its reference is called: the distance between two references.
+    /// What the doubt of its reference is called: the distance between two references, of which the
+    /// looser starts from a cloth that noise has moved.
     pub(crate) fn doubt(&self) -> String {
         format!("doubt of the reference at {}", self.name())
     }
@@ -79,6 +85,8 @@ pub(super) struct Place<'a> {
     pub(super) ratio: f64,
     /// Its effort; the largest number if it does not reach the error.
     own: f64,
+    /// The efforts of the other methods, least first.
+    others: [f64; FIRST],
     /// How many other methods need less.
     ahead: usize,
 }
@@ -97,11 +105,14 @@ impl<'a> Place<'a> {
         let others = || all.iter().filter(|(name, _)| *name != method);
         let is_reached = own < f64::MAX;
         let ahead = others().filter(|(_, number)| number.value < own).count();
-        let best = others().map(|(_, number)| number.value).next().unwrap_or(f64::MAX);
+        let mut least = others().map(|(_, number)| number.value);
+        let others = [(); FIRST].map(|()| least.next().unwrap_or(f64::MAX));
+        let [best, ..] = others;
         Ok(Self {
             winner: all[0].0,
             ratio: if is_reached { own / best } else { f64::INFINITY },
             own,
+            others,
             ahead,
         })
     }
@@ -124,12 +135,61 @@ impl<'a> Place<'a> {
     pub(super) fn is_first(&self) -> bool {
         self.rank() == Some(1)
     }
+
+    /// Whether it is so far from being among the first so many that a tie cannot explain it.
+    fn is_clearly_behind(&self, count: usize) -> bool {
+        self.rank().is_none() || self.own > TIE * self.others[count - 1]
+    }
+
+    /// Whether it is so clearly among the first so many that a tie cannot explain it.
+    fn is_clearly_among(&self, count: usize) -> bool {
+        TIE * self.own < self.others[count - 1]
+    }
+
+    /// The verdict on a claim that the method is among the first.
+    fn leads(&self) -> Ruling {
+        missed(!self.is_among_first(), self.is_clearly_behind(FIRST))
+    }
+
+    /// The verdict on a claim that the method is not among the first.
+    fn lags(&self) -> Ruling {
+        missed(self.is_among_first(), self.is_clearly_among(FIRST))
+    }
+
+    /// The verdict on a claim that the method is not the first.
+    fn follows(&self) -> Ruling {
+        missed(self.is_first(), self.is_clearly_among(1))
+    }
+}
+
+/// The verdict on a criterion that is missed or not, clearly or within a tie.
+pub(super) fn missed(is_missed: bool, is_clear: bool) -> Ruling {
+    match (is_missed, is_clear) {
+        (false, _) => Ruling::Holds,
+        (true, false) => Ruling::Undecided,
+        (true, true) => Ruling::Fails,
+    }
+}
+
+/// The verdict on a claim that all of these must meet: one that fails refutes it, and it does not
+/// hold while one is undecided.
+pub(super) fn all_of(rulings: impl IntoIterator<Item = Ruling>) -> Ruling {
+    let mut worst = Ruling::Holds;
+    for ruling in rulings {
+        worst = match (worst, ruling) {
+            (Ruling::Fails, _) | (_, Ruling::Fails) => Ruling::Fails,
+            (Ruling::Undecided, _) | (_, Ruling::Undecided) => Ruling::Undecided,
+            _ => Ruling::Holds,
+        };
+    }
+    worst
 }
 
 /// Contests that rank nobody, by the reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Open {
-    /// The reference is in doubt.
+    /// The error is less than twice the doubt of the reference, in which noise has its part. There
+    /// is nothing to rank.
     doubt: usize,
     /// There is no reference.
     none: usize,
@@ -138,23 +198,20 @@ struct Open {
 }
 
 impl Open {
-    fn count(self) -> usize {
-        self.doubt + self.none + self.work
+    /// Those that more work could decide.
+    fn undecided(self) -> usize {
+        self.none + self.work
     }
 
     /// As a part of a sentence; empty where there are none.
     fn told(self) -> String {
         let parts = [
-            (self.doubt, "with a doubtful reference"),
-            (self.none, "without a reference"),
-            (self.work, "left before all methods were tried"),
+            (self.doubt, "hidden by noise"),
+            (self.none, "undecided without a reference"),
+            (self.work, "undecided because work ended before all methods were tried"),
         ];
-        let parts: Vec<_> = parts.iter().filter(|(count, _)| *count > 0).collect();
-        if parts.is_empty() {
-            return String::new();
-        }
-        let parts: Vec<_> = parts.iter().map(|(count, why)| format!("{count} {why}")).collect();
-        format!("; {} more are undecided: {}", self.count(), parts.join(", "))
+        let parts = parts.iter().filter(|(count, _)| *count > 0);
+        parts.map(|(count, why)| format!("; {count} more: {why}")).collect()
     }
 }
 
@@ -221,16 +278,23 @@ impl<'a> Places<'a> {
         self.all.iter().filter(|(_, place)| is_meant(place)).count()
     }
 
-    pub(super) fn are_all_among_first(&self) -> bool {
-        self.count(Place::is_among_first) == self.all.len()
+    fn each(&self, ruling: impl Fn(&Place<'a>) -> Ruling) -> Ruling {
+        all_of(self.all.iter().map(|(_, place)| ruling(place)))
     }
 
-    pub(super) fn is_any_among_first(&self) -> bool {
-        self.count(Place::is_among_first) > 0
+    /// The verdict on a claim that it is among the first everywhere.
+    pub(super) fn lead(&self) -> Ruling {
+        self.each(Place::leads)
     }
 
-    pub(super) fn is_any_first(&self) -> bool {
-        self.count(Place::is_first) > 0
+    /// The verdict on a claim that it is among the first nowhere.
+    pub(super) fn lag(&self) -> Ruling {
+        self.each(Place::lags)
+    }
+
+    /// The verdict on a claim that it is the first nowhere.
+    pub(super) fn follow(&self) -> Ruling {
+        self.each(Place::follows)
     }
 
     /// How often it is among the first, as a part of a sentence.
@@ -259,21 +323,23 @@ impl<'a> Places<'a> {
 }
 
 /// Reason of a claim about places: how often each method is among the first, and the worst case.
-/// The claim is one about all contests: one of them refutes it, and it does not hold while one is
-/// undecided.
-pub(super) fn judgement(is_met: bool, places: &[Places<'_>]) -> Judgement {
+/// The claim is one about all contests that noise lets rank: one of them refutes it, and it does not
+/// hold while one is undecided, or without any.
+pub(super) fn judgement(verdict: Ruling, places: &[Places<'_>]) -> Judgement {
     let told: Vec<_> = places.iter().map(Places::told).collect();
     let worst: Vec<_> = places.iter().filter_map(Places::worst).collect();
-    let mut reason = format!("{}.", told.join("; "));
+    let tie = match verdict {
+        Ruling::Undecided => format!("; each miss is a tie (within a factor of {TIE})"),
+        _ => String::new(),
+    };
+    let mut reason = format!("{}{tie}.", told.join("; "));
     if worst.is_empty().not() {
         let worst = worst.join("; ");
         reason = format!("{reason} Farthest behind: {worst}.");
     }
-    let judgement = Judgement::new(is_met, reason);
-    if is_met && places.iter().any(|places| places.open.count() > 0) {
-        return Judgement { verdict: Ruling::Undecided, ..judgement };
-    }
-    judgement
+    let is_open = places.iter().any(|own| own.open.undecided() > 0 || own.all.is_empty());
+    let verdict = if is_open { all_of([verdict, Ruling::Undecided]) } else { verdict };
+    Judgement { verdict, reason, repair: None }
 }
 
 #[cfg(test)]
@@ -338,9 +404,10 @@ pub(super) mod tests {
         assert_eq!(place(&[("a", 1.0)]), (Some(1), "a".to_owned(), 1.0 / f64::MAX));
     }
 
-    /// A contest whose reference is in doubt, or that was left, ranks nobody: others still refute.
+    /// A contest in noise counts for nothing; one that was left, or has no reference, leaves the claim
+    /// undecided. Others still refute.
     #[test]
-    fn a_contest_in_doubt_is_undecided_and_does_not_rank() {
+    fn a_contest_in_doubt_ranks_nobody() {
         let other = Ground::light(1e6);
         let ruled = |doubt: f64, rival: f64, tried: f64, own: f64| {
             let mut all =
@@ -356,21 +423,45 @@ pub(super) mod tests {
             let places = Places::of_tried(Evidence::new(&all), "a", &[GROUND, other], &[0.1]);
             let places = places.unwrap_or_else(|_| panic!("a number is missing"));
             let open = places.open;
-            (judgement(places.are_all_among_first(), &[places]).verdict, open)
+            (judgement(places.lead(), &[places]).verdict, open)
         };
         let none = Open::default();
         let (doubt, missing) = (Open { doubt: 1, ..none }, Open { none: 1, ..none });
         let work = Open { work: 1, ..none };
-        assert_eq!(ruled(0.033, 2.0, 9.0, 3.0), (Ruling::Fails, none), "two are ahead");
-        assert_eq!(ruled(0.034, 2.0, 9.0, 3.0), (Ruling::Undecided, doubt));
+        assert_eq!(ruled(0.05, 2.0, 9.0, 4.1), (Ruling::Fails, none), "two are ahead");
+        assert_eq!(ruled(0.05, 2.0, 9.0, 4.0), (Ruling::Undecided, none), "a tie");
+        assert_eq!(ruled(0.051, 2.0, 9.0, 4.1), (Ruling::Holds, doubt), "noise ranks nobody");
         assert_eq!(ruled(f64::MAX, 2.0, 9.0, 3.0), (Ruling::Undecided, missing));
-        assert_eq!(ruled(0.034, 0.5, 9.0, 3.0), (Ruling::Fails, doubt));
+        assert_eq!(ruled(0.051, 0.4, 9.0, 3.0), (Ruling::Fails, doubt));
         assert_eq!(ruled(0.0, 2.0, 1.5, 1.5), (Ruling::Holds, none), "nobody else is ahead");
         assert_eq!(ruled(0.0, 2.0, 1.4, 1.5), (Ruling::Undecided, work), "one more may be");
-        assert_eq!(ruled(0.0, 2.0, 0.0, 3.0), (Ruling::Fails, none), "two are ahead");
+        assert_eq!(ruled(0.0, 2.0, 0.0, 4.1), (Ruling::Fails, none), "two are ahead");
         // A method that does not reach the error in its budget is no worse than that budget.
         assert_eq!(ruled(0.0, 2.0, 9.0, f64::MAX), (Ruling::Fails, none));
-        assert_eq!(work.told(), "; 1 more are undecided: 1 left before all methods were tried");
+        let all = Open { doubt: 2, ..work };
+        let ended = "1 more: undecided because work ended before all methods were tried";
+        assert_eq!(all.told(), format!("; 2 more: hidden by noise; {ended}"));
+    }
+
+    #[test]
+    fn what_only_a_tie_refutes_is_undecided() {
+        use Ruling::{Fails, Holds, Undecided};
+        let place = |own: f64| {
+            let efforts = [("a", own), ("b", 2.0), ("c", 4.0)];
+            let numbers = numbers(&[GROUND], &[0.1], &efforts, None);
+            Place::of(Evidence::new(&numbers), &GROUND, 0.1, "a")
+                .map(|place| [place.leads(), place.lags(), place.follows()])
+                .unwrap_or_else(|_| panic!("a number is missing"))
+        };
+        assert_eq!(place(8.1), [Fails, Holds, Holds]);
+        assert_eq!(place(8.0), [Undecided, Holds, Holds]);
+        assert_eq!(place(2.0), [Holds, Undecided, Undecided]);
+        assert_eq!(place(1.9), [Holds, Fails, Undecided]);
+        assert_eq!(place(0.9), [Holds, Fails, Fails]);
+        assert_eq!(place(f64::INFINITY), [Fails, Holds, Holds]);
+        assert_eq!(all_of([Holds, Undecided]), Undecided);
+        assert_eq!(all_of([Undecided, Fails, Holds]), Fails);
+        assert_eq!(all_of([]), Holds);
     }
 
     #[test]

@@ -31,16 +31,17 @@ pub(super) fn sole(_: Evidence<'_>) -> Result<Vec<Reading>, Missing> {
     Ok(Vec::new())
 }
 
-/// Where a claim stands under all its readings.
+/// Where a claim stands under all its readings. A reading that is undecided neither holds nor fails,
+/// so beside it the claim does not do so under every reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Standing {
     /// Each reading holds.
     Holds,
-    /// Some readings hold, others do not.
+    /// The readings disagree.
     Depends,
-    /// No reading holds.
+    /// Each reading fails.
     Fails,
-    /// The numbers cannot tell.
+    /// Each reading is undecided: the numbers cannot tell.
     Undecided,
 }
 
@@ -60,16 +61,17 @@ impl Standing {
 
     /// What some verdicts come to.
     pub(super) fn of(verdicts: impl IntoIterator<Item = Ruling>) -> Self {
-        let (mut holds, mut fails) = (false, false);
+        let (mut holds, mut fails, mut open) = (false, false, false);
         for verdict in verdicts {
             holds |= verdict == Ruling::Holds;
             fails |= verdict == Ruling::Fails;
+            open |= verdict == Ruling::Undecided;
         }
-        match (holds, fails) {
-            (true, true) => Self::Depends,
-            (true, false) => Self::Holds,
-            (false, true) => Self::Fails,
-            (false, false) => Self::Undecided,
+        match (holds, fails, open) {
+            (true, false, false) => Self::Holds,
+            (false, true, false) => Self::Fails,
+            (false, false, _) => Self::Undecided,
+            _ => Self::Depends,
         }
     }
 }
@@ -91,7 +93,8 @@ impl Age {
     /// It was about counted work until that was found to be no unit.
     pub(super) const MODELLED: Self = Self::changed(
         "38ad7b3",
-        "asked for the least counted work before; the verdict is the same",
+        "asked for the least counted work before, and a miss within a factor of 2 refuted it; only \
+         the verdict of M04 changed",
     );
     /// It was settled while it was first measured.
     pub(super) const SETTLED: Self =
@@ -107,12 +110,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_claim_stands_as_all_its_readings_do_and_an_open_one_does_not_count() {
+    fn a_claim_holds_or_fails_only_if_every_reading_does() {
         let (holds, fails, open) = (Ruling::Holds, Ruling::Fails, Ruling::Undecided);
         assert_eq!(Standing::of([holds, holds]), Standing::Holds);
-        assert_eq!(Standing::of([holds, open]), Standing::Holds);
-        assert_eq!(Standing::of([fails, open]), Standing::Fails);
+        assert_eq!(Standing::of([fails, fails]), Standing::Fails);
+        assert_eq!(Standing::of([fails, holds]), Standing::Depends);
+        assert_eq!(Standing::of([open, holds]), Standing::Depends);
+        assert_eq!(Standing::of([fails, open]), Standing::Depends);
         assert_eq!(Standing::of([open, fails, holds]), Standing::Depends);
         assert_eq!(Standing::of([open]), Standing::Undecided);
+        assert_eq!(Standing::of([open, open]), Standing::Undecided);
     }
 }

@@ -85,6 +85,7 @@ pub(super) static ENTRY: Entry = Entry {
             LoadLaw::Filtered,
         )],
         animation: &[],
+        inside: &[],
         work_precision: &[
             work::headline("imex-euler", "imex-euler"),
             work::extra(

@@ -1,7 +1,7 @@
 //! Projective dynamics and its accelerations.
 
 use super::Entry;
-use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Inside, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::presets::Preset;
@@ -11,6 +11,9 @@ use drape_oracle::recurrence::{backward_euler, spectral_radius};
 use drape_report::family::Kin;
 
 const CONVERGED: &str = "projective:acceleration=lbfgs,iterations=1000,residual=1e-9";
+
+/// Calls a frame with their iterations, of the accelerated forms.
+const ACCELERATED: &[(u32, u32)] = &[(1, 10), (2, 10), (1, 30), (4, 10), (2, 30)];
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
@@ -97,6 +100,15 @@ pub(super) static ENTRY: Entry = Entry {
             Film::ladder("projective", "projective"),
             Film::ladder("projective, Anderson", "projective:acceleration=anderson,iterations=30"),
             Film::ladder("projective, L-BFGS", "projective:acceleration=lbfgs,iterations=30"),
+        ],
+        inside: &[
+            Inside {
+                label: "projective",
+                setting: "iterations",
+                rungs: &[(1, 5), (1, 10), (4, 3), (2, 10), (8, 3), (4, 10), (16, 3), (8, 10)],
+            },
+            Inside { label: "projective, Anderson", setting: "iterations", rungs: ACCELERATED },
+            Inside { label: "projective, L-BFGS", setting: "iterations", rungs: ACCELERATED },
         ],
         ..Runs::DEFAULTS
     },

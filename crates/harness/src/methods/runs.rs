@@ -69,6 +69,19 @@ impl Film {
     }
 }
 
+/// A form whose work in one call is fixed by a setting, such as its number of substeps. The study
+/// `animation` tries several numbers, as it tries several numbers of steps of an explicit method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Inside {
+    /// Label of the form.
+    pub(crate) label: &'static str,
+    /// Key of the setting, a plural noun.
+    pub(crate) setting: &'static str,
+    /// Number of calls a frame and value of the setting, cheapest first; at most as many pairs as
+    /// an explicit method has numbers of steps.
+    pub(crate) rungs: &'static [(u32, u32)],
+}
+
 /// A form in the study `scaling`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contender {
@@ -104,6 +117,8 @@ pub(crate) struct Runs {
     pub(crate) work_precision: &'static [work::Variant],
     /// The first form stands for the method in scenes that are too expensive for all forms.
     pub(crate) animation: &'static [Film],
+    /// The forms among these whose work in a call is fixed by a setting.
+    pub(crate) inside: &'static [Inside],
     /// Forms whose largest mesh is not the [usual](Contender::usual) one.
     pub(crate) scaling: &'static [Contender],
     /// Whether the study `effects` measures times with this method.
@@ -125,6 +140,7 @@ impl Runs {
         locked_spring: &[],
         work_precision: &[],
         animation: &[],
+        inside: &[],
         scaling: &[],
         are_effects_timed: false,
         are_effects_quick: false,

@@ -1,7 +1,7 @@
 //! Vertex block descent.
 
 use super::Entry;
-use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Inside, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem};
@@ -43,6 +43,11 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("vbd, augmented", "vbd:augmented=true"),
         ],
         animation: &[Film::ladder("vbd", "vbd"), Film::ladder("vbd, 100 sweeps", "vbd:sweeps=100")],
+        inside: &[Inside {
+            label: "vbd",
+            setting: "sweeps",
+            rungs: &[(1, 5), (1, 10), (4, 3), (1, 20), (4, 5), (2, 20), (8, 5)],
+        }],
         scaling: &[Contender { label: "vbd", method: "vbd", largest: 316 }],
         ..Runs::DEFAULTS
     },

@@ -2,7 +2,7 @@
 
 use super::Entry;
 use super::runs::work::Knob;
-use super::runs::{Contender, Film, Keeps, Runs, Steps, Variant, work};
+use super::runs::{Contender, Film, Inside, Keeps, Runs, Steps, Variant, work};
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{
@@ -16,6 +16,9 @@ use drape_report::family::Kin;
 const SUBSTEPS: u32 = 20;
 /// Substeps of a step of given size, coarsest first.
 const DIVISIONS: &[f64] = &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 300.0, 1000.0];
+/// Calls a frame with their substeps. As many substeps in fewer calls cost the same.
+pub(super) const RUNGS: &[(u32, u32)] =
+    &[(1, 4), (1, 6), (1, 8), (1, 10), (1, 15), (1, 20), (2, 20), (4, 20)];
 
 /// Its entry in the registry.
 pub(super) static ENTRY: Entry = Entry {
@@ -64,6 +67,10 @@ pub(super) static ENTRY: Entry = Entry {
         scaling: &[Contender { label: "xpbd", method: "xpbd", largest: 316 }],
         are_effects_timed: true,
         animation: &[Film::ladder("xpbd", "xpbd"), Film::ladder("xpbd, order 2", "xpbd:order=2")],
+        inside: &[
+            Inside { label: "xpbd", setting: "substeps", rungs: RUNGS },
+            Inside { label: "xpbd, order 2", setting: "substeps", rungs: RUNGS },
+        ],
         ..Runs::DEFAULTS
     },
 };

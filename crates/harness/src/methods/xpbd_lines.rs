@@ -2,7 +2,8 @@
 
 use super::Entry;
 use super::runs::work::Knob;
-use super::runs::{Contender, Film, Keeps, Runs, Variant, work};
+use super::runs::{Contender, Film, Inside, Keeps, Runs, Variant, work};
+use super::xpbd::RUNGS;
 use crate::lessons::{Excerpt, Law, Lesson, Question, Setting, Trap};
 use crate::need::Matrix;
 use crate::theory::{ALWAYS, Expectation, PUSHING, Problem, Theory, form, no_theorem, stable};
@@ -62,6 +63,7 @@ pub(super) static ENTRY: Entry = Entry {
                 .knob(Knob::Setting("substeps", DIVISIONS)),
         ],
         animation: &[Film::ladder("xpbd-lines", "xpbd-lines")],
+        inside: &[Inside { label: "xpbd-lines", setting: "substeps", rungs: RUNGS }],
         scaling: &[Contender { label: "xpbd-lines", method: "xpbd-lines", largest: 316 }],
         ..Runs::DEFAULTS
     },

@@ -1,6 +1,6 @@
 //! Which method to take for what: the five uses on the first page, each answered from records.
 
-use super::{animation, rest, scaling, trajectory};
+use super::{animation, regret, rest, scaling, trajectory};
 use drape_report::file::read_json;
 use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
@@ -8,8 +8,21 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 use trajectory::facts::{Facts, Winner};
 
-/// A use, the method to take for it, and the reason.
-pub type Use = (&'static str, (String, String));
+/// A use and the method to take for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// The use.
+    pub what: &'static str,
+    /// The method, with those that tie.
+    pub take: String,
+    /// The cloth on which it was measured, and to which error.
+    pub measured: String,
+    /// What the records say.
+    pub why: String,
+}
+
+/// The answer to a use: what to take, what it was measured on, and why.
+type Answer = [String; 3];
 
 /// The five uses, each with the method to take and the numbers behind it. They come from the
 /// records in the folder `results`.
@@ -18,23 +31,47 @@ pub type Use = (&'static str, (String, String));
 /// A message if a record cannot be read or lacks a number.
 pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let rest = at_rest(results)?;
-    Ok([
-        ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz")?),
-        ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball")?),
+    let answers = [
+        ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz", "curtain")?),
+        ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball", "skirt")?),
         ("a drape test for a textile laboratory", laid(rest.as_ref())),
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, rest.as_ref())?),
-    ])
+    ];
+    Ok(answers.map(|(what, [take, measured, why])| Use { what, take, measured, why }))
+}
+
+/// The head of the column that says what a use was measured on. It names the processors whose times
+/// rank the methods.
+///
+/// # Errors
+/// A message if timings cannot be read.
+pub fn measured_on(results: &Path) -> Result<String, String> {
+    let mut processors = vec![processor(results, "animation")?];
+    let other = processor(results, "rest")?;
+    if !processors.contains(&other) {
+        processors.push(other);
+    }
+    Ok(format!("measured on (times: {})", processors.join("; ")))
+}
+
+/// The processor of the timings of a study.
+fn processor(results: &Path, study: &str) -> Result<String, String> {
+    let path = results.join("timings").join(study).with_extension("json");
+    let timings = read_json(&path).map_err(|error| error.to_string())?;
+    let timings: Timings<serde_json::Value> = timings;
+    Ok(timings.provenance.cpu)
 }
 
 /// The table of the report; `None` if a record is missing or lacks a number.
 pub(super) fn table(results: &Path) -> Option<Table> {
     let uses = all_uses(results).ok()?;
-    let line = |(what, (take, why)): Use| vec![what.to_owned(), take, why];
+    let measured_on = measured_on(results).ok()?;
+    let line = |Use { what, take, measured, why }: Use| vec![what.to_owned(), take, measured, why];
     Some(Table {
         title: "**Which method for what**, and what the records say.".to_owned(),
-        header: texts(&["use", "take", "the record says"]),
-        names: 3,
+        header: texts(&["use", "take", &measured_on, "the record says"]),
+        names: 4,
         rows: uses.into_iter().map(line).collect(),
     })
 }
@@ -111,7 +148,8 @@ fn ties(what: &str, labels: &[String]) -> String {
 }
 
 /// The fastest good method, and its ties, on the scene of `animation` whose name contains `part`.
-fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
+/// The reason adds what a comparison advises for the bundled scene of the use.
+fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String> {
     use animation::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "animation")?;
     let has_part = |scene: &&animation::facts::Scene| scene.id.contains(part);
@@ -121,12 +159,7 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
         format!("{record} has no scene whose id contains `{part}`; run `drape reproduce`")
     })?;
     let timings: Vec<TimingRow> = timings(results, "animation")?;
-    let time = |run: &Run| {
-        let is_its = |row: &&TimingRow| {
-            (&row.scene, &row.label, row.substeps) == (&run.scene, &run.label, run.substeps)
-        };
-        timings.iter().find(is_its).map(|row| row.frame_s)
-    };
+    let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
     let mut least: Vec<(&Run, f64)> = Vec::new();
     let good = facts.runs.iter().filter(|run| run.scene == scene.id && run.is_good(scene));
     for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
@@ -137,24 +170,51 @@ fn of_frames(results: &Path, part: &str) -> Result<(String, String), String> {
         }
     }
     least.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let place = match scene.id.split(',').next().unwrap_or_default() {
+        "led" => format!("a led sheet of {}", scene.particles),
+        place => format!("a sheet of {} {place}", scene.particles),
+    };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
+    let measured = format!("{place}, within {:.0} mm", 1e3 * scene.good_m());
     let Some((first, time)) = least.first() else {
-        return Ok(("none".to_owned(), format!("`animation`, {}: no run is good", scene.id)));
+        let why = format!("`animation`, {}: no run is good", scene.id);
+        return Ok(["none".to_owned(), measured, why]);
     };
     let near = least[1..].iter().take_while(|(_, other)| *other <= TIE * time);
     let near: Vec<_> = near.map(|(run, _)| format!("`{}`", method(&run.label))).collect();
-    let steps = match first.substeps {
-        1 => "1 step a frame".to_owned(),
-        more => format!("{more} steps a frame"),
+    // The calls tell the number of substeps, so the form need not.
+    let form = match first.inside {
+        Some(_) => method(&first.label).to_owned(),
+        None => short(&first.method),
     };
-    let of = format!("{} particles", scene.particles);
-    let form = short(&first.method);
-    let take = format!("`{form}`, {steps} ({of}){}", ties("tie", &near));
+    let take = format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &near));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
     };
-    Ok((take, format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time)))
+    let why = format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time);
+    Ok([take, measured, format!("{why}{}", advised(results, bundled)?)])
+}
+
+/// What `drape compare` advises for a bundled scene; empty if it was not asked.
+fn advised(results: &Path, scene: &str) -> Result<String, String> {
+    use regret::facts::TimingRow;
+    let timings: Vec<TimingRow> = timings(results, "regret")?;
+    let Some(row) = timings.iter().find(|row| row.scene == scene) else {
+        return Ok(String::new());
+    };
+    let advice = row.label.as_ref().map_or_else(
+        || "nothing".to_owned(),
+        |label| format!("`{label}` with {} steps a frame", row.substeps),
+    );
+    Ok(format!(
+        ". For the bundled scene `{scene}` ({} particles, within {:.1} mm), `drape compare` advises \
+         in {:.0} s: {advice} (`regret`, on {})",
+        row.particles,
+        1e3 * row.target_m,
+        row.budget_s,
+        processor(results, "regret")?
+    ))
 }
 
 /// The form that is nearest to the cheapest on every round table.
@@ -169,12 +229,16 @@ struct Rest {
 }
 
 /// The form for a drape test.
-fn laid(rest: Option<&Rest>) -> (String, String) {
-    rest.map_or_else(
+fn laid(rest: Option<&Rest>) -> Answer {
+    let (take, why) = rest.map_or_else(
         || ("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()),
         |rest| (format!("`{}`{}", rest.form, ties("near", &rest.near)), rest.why.clone()),
-    )
+    );
+    [take, TABLES.to_owned(), why]
 }
+
+/// What the form for the way to rest is measured on.
+const TABLES: &str = "round tables of `rest`: computing time until rest";
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
 fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
@@ -221,7 +285,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
         .collect();
     let why = format!(
         "`rest`, {} round tables: computing time until the cloth rests, with so many steps in 0.1 s: \
-         {}; at most {:.1} times the cheapest",
+         {}; at most {:.1} times the least computing time until rest",
         round.len(),
         told.join(", "),
         ratio(first)
@@ -232,7 +296,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
 }
 
 /// The winner on a soft sheet.
-fn taught(results: &Path) -> Result<(String, String), String> {
+fn taught(results: &Path) -> Result<Answer, String> {
     let facts = facts(results, "trajectory")?;
     let wins = wins(&facts, DAMPINGS[0], LEVEL);
     let lacks = |what: &str| {
@@ -247,12 +311,17 @@ fn taught(results: &Path) -> Result<(String, String), String> {
          and the course begins with its kind",
         DAMPINGS[0]
     );
-    let near: Vec<_> = tied(soft).iter().take(3).map(|name| format!("`{name}`")).collect();
-    Ok((format!("`{}`{}", winning(soft), ties("tie", &near)), why))
+    const SHOWN: usize = 3;
+    let tied = tied(soft);
+    let near: Vec<_> = tied.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
+    let more = tied.len().saturating_sub(SHOWN);
+    let more = if more > 0 { format!(" +{more} more") } else { String::new() };
+    let take = format!("`{}`{}{more}", winning(soft), ties("tie", &near));
+    Ok([take, "a hanging sheet, within 1 %, by modelled time".to_owned(), why])
 }
 
 /// The times of a million particles, and the form that is first on small cloth.
-fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<(String, String), String> {
+fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     use scaling::facts::{RunTiming, TimingRow};
     let timings: Vec<TimingRow> = timings(results, "scaling")?;
     let largest = timings.iter().filter_map(|row| match row {
@@ -273,7 +342,7 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<(String, String),
     );
     let take = rest.map_or_else(String::new, |rest| {
         let Rest { form, ratio, .. } = rest;
-        format!("; on small cloth `{form}` takes at most {ratio:.1} times the least")
+        format!("; on small cloth `{form}` takes at most {ratio:.1} times the least computing time until rest")
     });
-    Ok((format!("unproven at that size{take}"), why))
+    Ok([format!("unproven at that size{take}"), TABLES.to_owned(), why])
 }

@@ -2,7 +2,9 @@
 
 use super::work::timings_of;
 use super::{CURVES, record};
-use drape_harness::studies::rest::facts::{Counters, Facts, Minimum, Run, Scene, TimingRow};
+use drape_harness::studies::rest::facts::{
+    Accepted, Counters, Facts, Minimum, Motion, Run, Scene, TimingRow,
+};
 use drape_report::{Record, Timings, Verdict};
 
 /// Two tables; methods that arrive, one that is locked, one still on its way, one in a worse shape.
@@ -23,6 +25,19 @@ pub(crate) fn rest() -> Record<Facts> {
         released_j: 2e-3,
         prestress: 0.0,
         minima: vec![minimum(2, -1e-3), minimum(5, -9e-4)],
+        motions: vec![Motion {
+            from: "true motion".to_owned(),
+            ends: vec![(800, Some(-9.5e-4)), (1600, Some(-9.5e-4))],
+            is_converged: true,
+        }],
+        accepted: vec![
+            Accepted { energy_j: -1e-3, excess_energy: 0.0, from: vec!["2 waves".to_owned()] },
+            Accepted {
+                energy_j: -9.5e-4,
+                excess_energy: 0.025,
+                from: vec!["true motion".to_owned()],
+            },
+        ],
         portable: true,
     };
     let scenes = vec![scene("round table, denim", false), scene("square table", true)];
@@ -51,6 +66,7 @@ pub(crate) fn rest() -> Record<Facts> {
                     rest_energy_j: Some(-1e-3),
                     is_minimum: None,
                     excess_energy: Some(if n == 3 { 0.2 } else { 1e-6 }),
+                    reached_j: (n != 3).then_some(-1e-3),
                     gain: 0.0,
                     effort: has_arrived.then_some(1e9 * cost),
                     modelled_s: (has_arrived && scene.is_priced).then_some(cost),

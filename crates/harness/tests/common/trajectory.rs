@@ -54,6 +54,7 @@ pub(crate) fn trajectory() -> Record<Facts> {
                     verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then_some(error),
                     beside: (!is_lost).then_some(beside),
+                    flaw: None,
                     modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     steps: 8,
@@ -84,9 +85,12 @@ pub(crate) fn trajectory() -> Record<Facts> {
             is_explicit: Some(true),
             value: Some(16.0),
             modelled_s: Some(6e-3),
+            energy: Some(-0.03),
+            retained: Some(0.95),
             runner_up: Some("imex-euler".to_owned()),
             ratio: Some(1.75),
             tied: vec![Tied { label: "imex-euler".to_owned(), is_explicit: false, ratio: 1.75 }],
+            is_narrow: false,
         }));
     }
     record("trajectory", false, Facts { scenes, rows, winners })

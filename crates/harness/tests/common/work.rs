@@ -35,6 +35,8 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
             motion_m: 0.2,
             reference_error: 1e-9,
             reference_tolerance: 1e-11,
+            floor: 1e-6,
+            energy_floor: 1e-6,
             budget: 1e8,
         }
     };
@@ -61,6 +63,7 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                     verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
                     beside: None,
+                    flaw: None,
                     modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     steps: 8,
@@ -96,9 +99,12 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
                 is_explicit: (n < 2).then_some(n == 0),
                 value: (n < 2).then_some(16.0),
                 modelled_s: (n < 2).then_some(6e-3),
+                energy: (n < 2).then_some(-0.01),
+                retained: (n < 2).then_some(0.98),
                 runner_up: (n == 0).then(|| "imex-euler".to_owned()),
                 ratio: (n == 0).then_some(1.75),
                 tied: tied.into_iter().collect(),
+                is_narrow: false,
             });
         }
     }

@@ -1,10 +1,13 @@
 //! Records of the experiment `animation`: what a frame costs that is good enough.
 
+use crate::methods;
 pub use crate::studies::filmed::Counters;
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Smallest error that a figure asks for, m. A form whose run is as near tries no dearer ones.
+pub const FINE: f64 = 1e-3;
 /// Largest error that a film can use, m, where noise does not hide more.
 pub const GOOD: f64 = 0.01;
 /// Damping of a spring over its stiffness that counts as heavy, or any larger one, s.
@@ -147,6 +150,9 @@ pub struct Run {
     pub method: String,
     /// Number of calls of the method in a frame.
     pub substeps: u32,
+    /// Number of substeps, sweeps or iterations in a call, if the study varies it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<u32>,
     /// Whether stiffness limits the step. Then calls are added until the run is stable.
     pub is_limited: bool,
     /// `stable`, `locked`, `lost contact`, `marginal`, `unstable`, `diverged`, `over budget` or
@@ -180,6 +186,34 @@ impl Run {
         self.verdict == Verdict::Stable
     }
 
+    /// The parts of a call: their number and what they are. `None` if a call is one step.
+    pub fn parts(&self, scene: &Scene) -> Option<(u32, &'static str)> {
+        let id = self.method.split(':').next().unwrap_or_default();
+        let forms = methods::runs_of(id).map_or(&[][..], |runs| runs.inside);
+        if let Some(form) = forms.iter().find(|form| form.label == self.label) {
+            let settings = self.method.split([':', ',']);
+            let mut values = settings.filter_map(|text| text.split_once('='));
+            let value = values.find(|(key, _)| *key == form.setting)?.1;
+            return value.parse().ok().map(|number| (number, form.setting));
+        }
+        // A method that solves nothing and evaluates the forces many times in a call divides it.
+        let Counters { force_evaluations, matvecs, factorisations, newton_iterations, .. } =
+            self.counts;
+        let calls = scene.span_s * f64::from(scene.frames_per_s) * f64::from(self.substeps);
+        let evaluations = (force_evaluations as f64 / calls).round() as u32;
+        let is_divided = matvecs + factorisations + newton_iterations == 0 && evaluations > 1;
+        (is_divided && !self.is_limited).then_some((evaluations, "force evaluations"))
+    }
+
+    /// The calls of a frame, as `32 steps` or `1 call of 6 substeps`.
+    pub fn calls(&self, scene: &Scene) -> String {
+        let plural = if self.substeps == 1 { "" } else { "s" };
+        match self.parts(scene) {
+            Some((number, what)) => format!("{} call{plural} of {number} {what}", self.substeps),
+            None => format!("{} step{plural}", self.substeps),
+        }
+    }
+
     /// Whether the run is sound and near enough to the true motion. If no distance ranks, it must
     /// keep its kinetic energy and its strain instead.
     pub fn is_good(&self, scene: &Scene) -> bool {
@@ -205,10 +239,21 @@ pub struct TimingRow {
     pub label: String,
     /// As in [`Run::substeps`].
     pub substeps: u32,
+    /// As in [`Run::inside`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<u32>,
     /// Number of frames that were timed, from the start.
     pub frames: u64,
     /// Seconds in all calls of the method, one entry for each repetition.
     pub samples_s: Vec<f64>,
     /// Median of the samples over the number of frames, s.
     pub frame_s: f64,
+}
+
+impl TimingRow {
+    /// Whether these are the times of this run.
+    pub fn is_of(&self, run: &Run) -> bool {
+        (&self.scene, &self.label, self.substeps, self.inside)
+            == (&run.scene, &run.label, run.substeps, run.inside)
+    }
 }

@@ -70,22 +70,24 @@ const FRAMES: &str = "Choose the panel of your fabric and the error that you acc
     hang from two corners. Light damping is 10⁻⁵ s times the stiffness, heavy damping 10⁻³ s \
     times the stiffness. Across: time a frame on one core. Upwards: the mean distance of the \
     surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
-    of its forms and of its numbers of calls a frame. Coloured methods are beaten by no other in \
-    most panels; the table `animation-cheapest.svg` names the others, which are grey. Grey area: \
+    of its forms, of its numbers of calls a frame, and of substeps in a call. Each coloured \
+    method has, in more than half of the panels, a run that no other run beats in time and error. \
+    All others are grey; the map of winners names the fastest, whatever its colour. Grey area: \
     below the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above \
     a panel stand the methods without a sound run, by the way in which their runs fail.";
 
-const MAP: &str = "Implicit methods take over from explicit ones where a row turns from blue to \
-    yellow: blue places name an explicit method, yellow places an implicit one. Each place names \
-    the method with the least time a frame for an error, on one core. A row is a scene at 60 \
+const MAP: &str = "Each place names the method with the least time a frame for an error, on one \
+    core: blue places an explicit method, yellow places an implicit one. If a row changes its \
+    colour, the error that you accept decides between the kinds. A row is a scene at 60 \
     frames a second, or at the rate that it names. A column is an error: of the shape where the \
     cloth hangs, of the particles at 0.3 s elsewhere, and none after seconds on a ball or in the \
-    wind. White: methods tie, and two are named. Grey: no run reaches the error, or the noise is \
+    wind. White: methods tie within a factor of 1.5; the \
+    place names two and counts the others. Grey: no run reaches the error, or the noise is \
     more than half of it.";
 
 const FRONT: &str = "The line joins the runs that no other run beats in both time and error. Each \
     panel shows a scene; each marker is a stable run that moves, one form of a method with one \
-    number of substeps. Across: time a frame on one core. Upwards: the mean distance of the \
+    number of calls and of substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
     surfaces over the span where the cloth hangs, the distance of the particles at 0.3 s \
     elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
     which nothing is ranked.";
@@ -99,10 +101,13 @@ const CHEAPEST: &str = "Marked runs are the cheapest of a scene or tie with it, 
 
 fn time(input: &Input, run: &Run) -> Option<f64> {
     let rows = &input.timings.as_ref()?.rows;
-    let is_its = |row: &&TimingRow| {
-        (&row.scene, &row.label, row.substeps) == (&run.scene, &run.label, run.substeps)
-    };
-    rows.iter().find(is_its).map(|row| row.frame_s)
+    rows.iter().find(|row| row.is_of(run)).map(|row| row.frame_s)
+}
+
+/// The machine whose times a figure shows.
+fn machine(input: &Input) -> Option<String> {
+    let timings = input.timings.as_ref()?;
+    Some(format!("Times of one core of {}.", timings.provenance.cpu))
 }
 
 /// Sound runs of a scene that have a time and an error: the run, its time (s) and its error (m).
@@ -166,8 +171,8 @@ fn id(run: &Run) -> &str {
 /// Largest number of methods that the one figure names.
 const NAMED: usize = 7;
 
-/// The methods that stand on the fronts of most scenes, at most [`NAMED`] of them. Errors below the
-/// noise count as equal to it, and errors too large for the map are left out.
+/// The methods that stand on the fronts of more than half of the scenes, at most [`NAMED`] of them.
+/// Errors below the noise count as equal to it, and errors too large for the map are left out.
 fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for scene in scenes {
@@ -185,6 +190,7 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
             }
         }
     }
+    counts.retain(|(_, count)| 2 * count > scenes.len());
     counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
     counts.into_iter().take(NAMED).map(|(method, _)| method).collect()
 }
@@ -281,7 +287,23 @@ fn frames(input: &Input) -> Option<Sheet> {
     if !common.is_empty() {
         sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
     }
+    sheet.notes.extend(dampings(&scenes));
+    sheet.notes.extend(machine(input));
     Some(sheet)
+}
+
+/// What light and heavy damping mean, of the scenes shown.
+fn dampings(scenes: &[&Scene]) -> Option<String> {
+    let of = |is_heavy: bool| {
+        let mut own = scenes.iter().map(|scene| scene.damping_over_stiffness_s);
+        own.find(|damping| (*damping >= HEAVY) == is_heavy)
+    };
+    let told = [("Light", of(false)), ("Heavy", of(true))];
+    let told = told.into_iter().filter_map(|(name, damping)| {
+        Some(format!("{name} damping: {:e} s times the stiffness of a spring.", damping?))
+    });
+    let told: Vec<_> = told.collect();
+    (!told.is_empty()).then(|| told.join(" "))
 }
 
 /// The largest error of the map, m.
@@ -369,7 +391,23 @@ fn map(input: &Input) -> Option<Matrix> {
         notes: vec![
             signs_of_winners("within a factor of 1.5"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
-        ],
+        ]
+        .into_iter()
+        .chain(shown(input).filter_map(raised))
+        .chain(machine(input))
+        .collect(),
+    })
+}
+
+/// The good error of a scene, where noise raises it.
+fn raised(scene: &Scene) -> Option<String> {
+    let is_raised = scene.measure != Measure::Kept && scene.good_m() > GOOD;
+    is_raised.then(|| {
+        format!(
+            "In the row \u{201c}{}\u{201d} good means {} mm.",
+            scene.id,
+            millimetres(scene.good_m())
+        )
     })
 }
 
@@ -398,7 +436,7 @@ fn front(input: &Input) -> Option<Sheet> {
         ];
         (vec![scene.id.clone(), measured(scene).to_owned()], series, rules)
     };
-    panels_of(
+    let mut sheet = panels_of(
         shown(input).map(draft).collect(),
         |xs| Axis::log("ms a frame", xs),
         |ys| {
@@ -406,8 +444,9 @@ fn front(input: &Input) -> Option<Sheet> {
             let ys: Vec<f64> = ys.iter().copied().chain(floors).collect();
             Axis::log("error (mm)", &ys)
         },
-    )
-    .filter(|_| input.timings.is_some())
+    )?;
+    sheet.notes.push(machine(input)?);
+    Some(sheet)
 }
 
 /// The cheapest good run of a form on a scene.
@@ -458,7 +497,7 @@ fn cheapest(input: &Input) -> Option<Matrix> {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
         legend: legend("ms", &[("≠", "stable, but not good enough")]),
-        notes: Vec::new(),
+        notes: machine(input).into_iter().collect(),
     })
 }
 
@@ -523,7 +562,7 @@ fn fronts(input: &Input, scene: &Scene) -> Table {
     let line = |(run, time, error): &(&Run, f64, Option<f64>)| {
         vec![
             run.label.clone(),
-            run.substeps.to_string(),
+            run.calls(scene),
             significant(1e3 * time, 2),
             some(*error, millimetres),
             some(run.shape_error_m, millimetres),
@@ -535,7 +574,7 @@ fn fronts(input: &Input, scene: &Scene) -> Table {
     };
     let header = [
         "form",
-        "calls",
+        "a frame",
         "ms a frame",
         "error that ranks (mm)",
         "shape (mm)",
@@ -573,7 +612,8 @@ fn errors(input: &Input) -> Table {
             };
             let value = value.filter(|_| run.is_sound());
             let value = value.unwrap_or_else(|| run.verdict.to_string());
-            format!("{}: {value}", run.substeps)
+            let inside = run.inside.map_or_else(String::new, |number| format!("×{number}"));
+            format!("{}{inside}: {value}", run.substeps)
         });
         let told: Vec<_> = told.collect();
         if told.is_empty() { absent() } else { told.join("; ") }
@@ -584,7 +624,8 @@ fn errors(input: &Input) -> Table {
     };
     let scenes = shown(input).map(|scene| scene.id.clone());
     Table {
-        title: "**All runs**: calls a frame with the ranking error in mm, or the verdict. If no \
+        title: "**All runs**: calls a frame with the ranking error in mm, or the verdict. 2×20: 2 \
+                calls of 20 substeps, sweeps or iterations, where the study varies these. If no \
                 error ranks the runs: the share of the kinetic energy that is kept."
             .to_owned(),
         header: std::iter::once("form".to_owned()).chain(scenes).collect(),

@@ -108,16 +108,22 @@ fn in_one_call(facts: &Facts) -> Option<String> {
     let names: Vec<_> =
         good.iter().filter(|(_, count)| *count == most).map(|(label, _)| *label).collect();
     let scale = scale(facts);
+    let is_divided = |label: &&str| !in_a_call(facts, label).is_empty();
+    let within = if names.iter().any(is_divided) {
+        "; the substeps or stages are inside the call"
+    } else {
+        ""
+    };
     let said = match most {
         0 => "One call a frame is enough for no form.".to_owned(),
         most if most == all => {
             format!(
-                "One call a frame is enough in every scene that was run, with {}.",
+                "One call a frame is enough in every scene that was run, with {}{within}.",
                 methods(&names)
             )
         }
         most => format!(
-            "One call a frame is enough in at most {most} of {all} scenes, with {}.",
+            "One call a frame is enough in at most {most} of {all} scenes, with {}{within}.",
             methods(&names)
         ),
     };
@@ -179,6 +185,7 @@ fn gaining(facts: &Facts) -> Option<String> {
     let gains = |run: &&Run| {
         !run.is_limited
             && run.substeps <= 4
+            && run.inside.is_none()
             && matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
     };
     let gaining = forms(facts.runs.iter().filter(gains));
@@ -205,22 +212,67 @@ fn never(facts: &Facts) -> Option<String> {
     told(&never, ["has", "have"], "no good run in any scene")
 }
 
-/// The good run with the most force evaluations in a call, of those with one call a frame. Its
-/// stages are not counted as calls.
-fn evaluations(facts: &Facts) -> Option<String> {
-    let per_call = |scene: &Scene, run: &Run| {
-        run.counts.force_evaluations as f64 / (scene.span_s * f64::from(scene.frames_per_s))
+/// The fewest parts of a good call of a form, where one call a frame is enough: a number for each
+/// such scene, and what the parts are.
+fn in_a_call<'a>(facts: &'a Facts, label: &str) -> Vec<(u32, &'a str)> {
+    let least = |scene: &'a Scene| {
+        let own = runs(facts, scene).filter(|run| run.label == label && run.substeps == 1);
+        own.filter(|run| run.is_good(scene)).filter_map(|run| run.parts(scene)).min()
     };
-    let good = facts.scenes.iter().flat_map(|scene| {
-        let own = runs(facts, scene).filter(move |run| run.substeps == 1 && run.is_good(scene));
-        own.map(move |run| (per_call(scene, run), run.label.as_str()))
-    });
-    let (most, label) = good.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (most > 1.0).then(|| {
+    facts.scenes.iter().filter_map(least).collect()
+}
+
+/// What a call holds, one sentence for each form whose call has parts.
+fn divided(facts: &Facts) -> impl Iterator<Item = String> {
+    forms(facts.runs.iter()).into_iter().filter_map(move |label| {
+        let parts = in_a_call(facts, label);
+        let what = parts.first()?.1;
+        let numbers: Vec<_> = parts.iter().map(|(number, _)| f64::from(*number)).collect();
+        let numbers = range(&numbers, |number| number.to_string())?;
+        let scenes = count(parts.len(), "scene");
+        Some(format!(
+            "One call of `{label}` is not one step: a good one has at least {numbers} {what} \
+             ({scenes})."
+        ))
+    })
+}
+
+/// The largest number of parts in a frame with which a form gains energy, where the study varies
+/// that number.
+fn too_few(facts: &Facts) -> impl Iterator<Item = String> {
+    forms(facts.runs.iter()).into_iter().filter_map(move |label| {
+        let gains = |run: &&Run| {
+            matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
+        };
+        let own = facts.runs.iter().filter(|run| run.label == label).filter(gains);
+        let most = own.filter_map(|run| Some((run.inside? * run.substeps, run)));
+        let (most, run) = most.max_by_key(|(number, _)| *number)?;
+        let scene = facts.scenes.iter().find(|scene| scene.id == run.scene)?;
+        let what = run.parts(scene)?.1;
+        Some(format!("`{label}` gains energy in some scene with up to {most} {what} a frame."))
+    })
+}
+
+/// Scenes where a large error counts as good, or where the true motion is as uncertain as the noise.
+fn blurred(facts: &Facts) -> impl Iterator<Item = String> {
+    let ranked = facts.scenes.iter().filter(|scene| scene.measure != Measure::Kept);
+    ranked.filter(|scene| scene.good_m() > GOOD).map(|scene| {
+        let good = mm(scene.good_m());
+        let has_coarse_truth =
+            scene.measure == Measure::Shape && scene.reference_error_m > scene.floor_m();
+        let truth = if has_coarse_truth {
+            let [error, floor] = [scene.reference_error_m, scene.floor_m()].map(mm);
+            format!(
+                " Twice the step moves the true motion by {error} mm there, more than the noise of \
+                 {floor} mm."
+            )
+        } else {
+            String::new()
+        };
         format!(
-            "A call may have many stages: one call of {} evaluates the forces up to {} times.",
-            methods(&[label]),
-            significant(most, 2)
+            "On the scene \u{201c}{}\u{201d}, a run counts as good up to {good} mm, twice the \
+             noise.{truth}",
+            scene.id
         )
     })
 }
@@ -246,7 +298,9 @@ fn caveats(facts: &Facts) -> Vec<String> {
         let scenes = format!("{} {}", count(thin, "scene"), verb(thin, "runs", "run"));
         caveats.push(format!("{scenes} only one form of each method."));
     }
-    caveats.extend(evaluations(facts));
+    caveats.extend(blurred(facts));
+    caveats.extend(divided(facts));
+    caveats.extend(too_few(facts));
     caveats.push("A form is one choice of settings; tuning may change its place.".to_owned());
     caveats
 }
@@ -289,6 +343,7 @@ mod tests {
             label: label.to_owned(),
             method: label.to_owned(),
             substeps,
+            inside: None,
             is_limited: substeps > 8,
             verdict,
             shape_error_m: Some(error),
@@ -335,6 +390,34 @@ mod tests {
              `slippery`.",
         ] {
             assert!(all.contains(sentence), "{sentence}: {all}");
+        }
+    }
+
+    #[test]
+    fn a_call_says_how_many_substeps_it_has() {
+        let lines = |number: u32, verdict: Verdict| Run {
+            method: format!("xpbd-lines:substeps={number},iterations=1,order=2"),
+            inside: Some(number),
+            ..run("xpbd-lines", 1, verdict, 0.002)
+        };
+        let runs = vec![lines(4, Verdict::Unstable), lines(6, Verdict::Stable)];
+        assert_eq!(runs[1].calls(&scene()), "1 call of 6 substeps");
+        assert_eq!(run("symplectic-euler", 32, Verdict::Stable, 0.1).calls(&scene()), "32 steps");
+        let counts = Counters { force_evaluations: 120 * 262, ..Counters::default() };
+        let stages = Run { counts, ..run("rkc", 1, Verdict::Stable, 0.1) };
+        assert_eq!(stages.calls(&scene()), "1 call of 262 force evaluations");
+        let noisy = Scene { shape_floor_m: 0.02, reference_error_m: 0.03, ..scene() };
+        let said = words(&Facts { scenes: vec![noisy], runs, missing: Vec::new() });
+        let within = "with `xpbd-lines`; the substeps or stages are inside the call.";
+        assert!(said.conclusion.contains(within), "{said:?}");
+        let caveats = said.caveats.join(" ");
+        for sentence in [
+            "One call of `xpbd-lines` is not one step: a good one has at least 6 substeps (1 scene).",
+            "`xpbd-lines` gains energy in some scene with up to 4 substeps a frame.",
+            "a run counts as good up to 40 mm, twice the noise. Twice the step moves the true \
+             motion by 30 mm there, more than the noise of 20 mm.",
+        ] {
+            assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }
     }
 

@@ -66,20 +66,25 @@ fn stands(row: &Row) -> Standing {
 fn tally(rows: &[&Row], what: &str) -> String {
     let count = |at: Standing| rows.iter().filter(|row| stands(row) == at).count();
     let [holds, depends, fails, undecided] = Standing::ALL.map(count);
-    let reading = match depends {
-        0 => "none depends",
-        1 => "one depends",
-        _ => "the others depend",
+    // Where each has one reading, nothing can depend on it.
+    let has_readings = |row: &&Row| {
+        let numbers = Evidence::new(&row.numbers);
+        find(&row.id).is_ok_and(|claim| !claim.readings(&numbers).is_empty())
     };
-    let reading =
-        if depends > 1 && undecided > 0 { format!("{depends} depend") } else { reading.to_owned() };
+    let reading = match depends {
+        0 if !rows.iter().any(has_readings) => String::new(),
+        0 => "; none depends on the reading".to_owned(),
+        1 => "; one depends on the reading".to_owned(),
+        n if undecided > 0 => format!("; {n} depend on the reading"),
+        _ => "; the others depend on the reading".to_owned(),
+    };
     let open = match undecided {
         0 => String::new(),
         n => format!("; {n} {} undecided", verb(n, "is", "are")),
     };
     let all = rows.len();
     let (hold, fail) = (verb(holds, "holds", "hold"), verb(fails, "fails", "fail"));
-    format!("Of {all} {what}, {holds} {hold} and {fails} {fail}; {reading} on the reading{open}.")
+    format!("Of {all} {what}, {holds} {hold} and {fails} {fail}{reading}{open}.")
 }
 
 /// Which expectations about later methods hold.
@@ -129,22 +134,24 @@ fn worst(rows: &[&Row]) -> Option<String> {
     })
 }
 
-/// The claims that the numbers cannot decide.
+/// The claims whose criterion the numbers cannot decide. Such a claim does not hold, whatever its
+/// other readings say.
 fn open(rows: &[&Row]) -> Option<String> {
-    let open = rows.iter().filter(|row| stands(row) == Standing::Undecided);
+    let open = rows.iter().filter(|row| row.verdict == Ruling::Undecided);
     let ids: Vec<_> = open.map(|row| row.id.as_str()).collect();
     match ids.len() {
         0 => None,
-        count if count > LIST => Some(format!("{count} claims are undecided.")),
+        count if count > LIST => Some(format!("{count} criteria are undecided.")),
         _ => {
             let ids = ids.join(", ");
-            Some(format!("Undecided, because the criterion is met only in part: {ids}."))
+            Some(format!("The criterion is undecided, because it is met only in part: {ids}."))
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::facts::Number;
     use super::*;
 
     fn row(id: &str, verdict: Ruling, portable: bool) -> Row {
@@ -163,8 +170,7 @@ mod tests {
         let said = words(&Facts { claims: rows.to_vec() });
         assert_eq!(
             said.conclusion,
-            "Of 4 claims of the paper, 2 hold and 1 fails; none depends on the reading; 1 is \
-             undecided."
+            "Of 4 claims of the paper, 2 hold and 1 fails; 1 is undecided."
         );
         assert_eq!(
             said.observations[0],
@@ -188,15 +194,28 @@ mod tests {
         let later = [row("M01", Ruling::Holds, true), row("M02", Ruling::Fails, true)];
         let alone = words(&Facts { claims: paper.to_vec() });
         let both = words(&Facts { claims: paper.into_iter().chain(later).collect() });
-        let first = "Of 2 claims of the paper, 1 holds and 1 fails; none depends on the reading.";
+        let first = "Of 2 claims of the paper, 1 holds and 1 fails.";
         assert_eq!(alone.conclusion, first);
-        let second = "Of 2 expectations about later methods, 1 holds and 1 fails; none depends on \
-                      the reading.";
+        let second = "Of 2 expectations about later methods, 1 holds and 1 fails.";
         assert_eq!(both.conclusion, format!("{first} {second}"));
         let held = "Expectations about later methods that hold: M01.".to_owned();
         assert_eq!(both.observations, [alone.observations, vec![held]].concat());
         assert!(both.caveats.iter().any(|caveat| caveat.contains("no paper makes them")));
         assert!(both.caveats[1].contains("2 of 8 expectations"), "{:?}", both.caveats);
+    }
+
+    /// C09 with a criterion that is met only in part, and a reading that holds.
+    #[test]
+    fn a_reading_is_told_where_there_is_one_and_an_undecided_criterion_does_not_hold() {
+        let spread = |case: &str, value| {
+            Number::new(format!("difference between orders over motion, {case}"), value, "")
+        };
+        let verdict = Ruling::Undecided;
+        let numbers = vec![spread("a", 0.02), spread("b", 0.001)];
+        let said = words(&Facts { claims: vec![Row { numbers, ..row("C09", verdict, true) }] });
+        let told = "Of 1 claims of the paper, 0 hold and 0 fail; one depends on the reading.";
+        assert_eq!(said.conclusion, told);
+        assert!(said.observations.iter().any(|one| one.ends_with("only in part: C09.")));
     }
 
     #[test]

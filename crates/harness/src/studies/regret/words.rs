@@ -27,6 +27,12 @@ pub(super) fn words(facts: &Facts) -> Words {
                 .to_owned(),
         ),
         Some(
+            "Advice and search share the modelled prices and the true motion, so a regret of 1 says \
+             only that the comparison leaves out no better run; an error of the prices cancels. \
+             Only the clock tests the prices."
+                .to_owned(),
+        ),
+        Some(
             "The scenes have at most 144 particles, last half a second, and hold only springs, \
              gravity and pins, because prices know no other force. Only the clock judges contact, \
              friction, wind and angles."
@@ -187,6 +193,8 @@ mod tests {
         let said = words(&bad).conclusion;
         assert!(said.contains("in 0 of 2 cases, and should more often"), "{said}");
         assert!(said.contains("beyond the aim"), "{said}");
+        let caveats = words(&good).caveats.join(" ");
+        assert!(caveats.contains("an error of the prices cancels"), "{caveats}");
         assert_eq!(words(&Facts { cases: vec![] }).conclusion, "No case could be judged.");
     }
 

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// A cloth has arrived when its surface stays within this distance of its rest shape, m.
 pub const THERE: f64 = 1e-3;
-/// A rest shape is right if its energy exceeds the least known by at most this share of the
-/// released energy.
+/// A rest shape counts as one of the accepted minima if their energies differ by at most this share
+/// of the released energy.
 pub const RIGHT: f64 = 0.01;
 /// Times within this factor are a tie.
 pub const TIE: f64 = 1.5;
@@ -47,6 +47,13 @@ pub struct Scene {
     /// Rest shapes that Newton's method finds from starts in waves. If a run came to a better
     /// shape, the best of those is added.
     pub minima: Vec<Minimum>,
+    /// The true motions, from the start and from starts with noise.
+    #[serde(default)]
+    pub motions: Vec<Motion>,
+    /// The minima that count as right: first the least known, then those in which true motions end.
+    /// A cloth may buckle into several folds, and no motion owes the least energy.
+    #[serde(default)]
+    pub accepted: Vec<Accepted>,
     /// Whether the record has the same bits on every machine.
     pub portable: bool,
 }
@@ -63,6 +70,33 @@ pub struct Minimum {
     pub residual: f64,
     /// Whether the shape is a minimum of the energy, not a saddle.
     pub is_minimum: bool,
+}
+
+/// A true motion: an explicit method with steps far below its limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    /// Its start: that of the runs, or the seed of the noise.
+    pub from: String,
+    /// Potential energy of the minimum in which it ends, by the number of steps in 0.1 s, J. `None`
+    /// if it does not come to rest in a minimum in time.
+    pub ends: Vec<(u32, Option<f64>)>,
+    /// Whether it is converged: all steps lead to one energy, within the tolerance for a right
+    /// shape.
+    pub is_converged: bool,
+}
+
+/// A minimum that counts as right.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Accepted {
+    /// Potential energy, J.
+    pub energy_j: f64,
+    /// Energy above the least known, over the released energy.
+    pub excess_energy: f64,
+    /// The searches or the run that found the least known energy, and the true motions that end in
+    /// the minimum.
+    pub from: Vec<String>,
 }
 
 /// One form of a method on one scene.
@@ -97,6 +131,10 @@ pub struct Run {
     pub is_minimum: Option<bool>,
     /// Energy of that rest shape above the least known, over the released energy.
     pub excess_energy: Option<f64>,
+    /// Energy of the accepted minimum that the run reached, as in [`Accepted::energy_j`], J. `None`
+    /// if its rest shape is none of them.
+    #[serde(default)]
+    pub reached_j: Option<f64>,
     /// Greatest rise of the energy, over the released energy.
     pub gain: f64,
     /// Visits of a spring until the cloth arrived.
@@ -110,10 +148,9 @@ pub struct Run {
 }
 
 impl Run {
-    /// Whether the cloth came to rest in a right shape.
+    /// Whether the cloth came to rest in a right shape: one of the accepted minima.
     pub fn is_right(&self) -> bool {
-        let is_right = self.excess_energy.is_some_and(|excess| excess <= RIGHT);
-        self.verdict == Verdict::Stable && is_right
+        self.verdict == Verdict::Stable && self.reached_j.is_some()
     }
 }
 

@@ -1,7 +1,8 @@
 //! Records of the experiment `trajectory`: which methods follow a smooth motion.
 
 pub(super) use crate::film::HALF;
-pub use crate::studies::work_precision::facts::{Beside, LEAD, Row, Run, Tied, Winner};
+pub use crate::studies::work_precision::facts::{Beside, Flaw, LEAD, Row, Run, Tied, Winner};
+pub(super) use crate::studies::work_precision::facts::{Kind, saved, tally};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +17,7 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One row for each scene and form of a method. [`Run::error`] is the error of the trajectory.
     pub rows: Vec<Row>,
-    /// The cheapest run by modelled time, for each scene and each error that its noise lets rank.
+    /// The cheapest run without a flaw by modelled time, for each scene and each error that its noise lets rank.
     pub winners: Vec<Winner>,
 }
 
@@ -71,6 +72,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Whether the sheet is damped. The prices of work were fitted to damped sheets, so modelled
+    /// times without damping are guesses.
+    pub(super) fn is_damped(&self) -> bool {
+        self.damping_over_mass_per_s > 0.0
+    }
+
     /// Whether an error is large enough to rank: at least twice the noise. Noise alone sets two
     /// true motions apart, and a run may err by as much again.
     pub fn ranks(&self, level: f64) -> bool {

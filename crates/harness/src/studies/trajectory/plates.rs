@@ -1,10 +1,10 @@
 //! Figures and tables of the experiment `trajectory`.
 
-use super::facts::{Beside, Facts, LEVELS, Row, Run, Scene};
-use super::words::{cheapest, frequent, id, runs, winner};
+use super::facts::{Beside, Facts, Kind, LEVELS, Row, Run, Scene, Winner, tally};
+use super::words::{cheapest, counted, frequent, id, runs, winner};
 use crate::families::looks;
 use crate::studies::tiles::{legend_of_winners, signs_of_winners, told};
-use crate::studies::work_precision::plates::{FRONT, MODELLED, tile, told_winner};
+use crate::studies::work_precision::plates::{FRONT, MODELLED, mark, tile, told_winner};
 use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -20,12 +20,13 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "trajectory-map.svg",
         title: "Which method follows the motion at least cost, by stiffness and damping",
-        caption: "Implicit methods take over from explicit ones where a row turns from blue to \
-            yellow: blue places name an explicit method, yellow places an implicit one. Each \
-            place names the method with the least modelled time for an error of the trajectory. A \
-            row is a damping and an error, a column a stiffness over mass, from soft to stiff. \
-            White: methods tie, and two are named. \u{201c}noise\u{201d}: a start that differs by \
-            1 µm moves the end by more than half of that error. Hanging sheet, T = 0.25 s.",
+        caption: "Only a colour marks a lead by a factor of 2: blue is an explicit method, yellow \
+            an implicit one. White places are ties, and two of the methods are named. Each place \
+            names the method with the least modelled time for an error of the trajectory. A row is \
+            a damping and an error, a column a stiffness over mass, from soft to stiff. \
+            \u{201c}noise\u{201d}: a start that differs by 1 µm moves the end by more than half of \
+            that error. Runs that gain energy or hardly move do not rank. Hanging sheet, T = 0.25 \
+            s.",
         draw: Draw::Matrix(map),
     },
     Plate {
@@ -44,6 +45,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
             left and below is better. Error of the positions after 0.25 s over the motion, \
             against modelled time. Grey: below the noise, where nothing ranks. A curve is one \
             method from coarse to fine; the black front is the best of all forms of all methods. \
+            Hollow: the run gains energy or hardly moves, so it is not on the front. \
             Left: no damping; right: the stiffest mode is damped critically.",
         draw: Draw::Sheet(front),
     },
@@ -54,14 +56,14 @@ pub(super) const PLATES: &[Plate<Input>] = &[
                   place from panel to panel. Trajectory at the end; shape, strain and energy \
             beyond the true ones; and the path of the middle of the free edge over the true path. \
             Each against modelled time, on the hanging sheet with k/m = 10⁶ s⁻² and d/m = 10 s⁻¹. \
-            Grey: below the noise.",
+            Grey: below the noise. Hollow: the run gains energy or hardly moves.",
         draw: Draw::Sheet(errors),
     },
 ];
 
 /// All tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    vec![leaders(input), cheapest_runs(input), others(input), scenes(input)]
+    vec![kinds(input), leaders(input), cheapest_runs(input), others(input), scenes(input)]
 }
 
 /// Names of the dampings in the order of the record.
@@ -110,6 +112,7 @@ fn map(input: &Input) -> Option<Matrix> {
     }
     let notes = vec![
         signs_of_winners("below twice the time"),
+        turns(input),
         "d/m: damping over mass; ζ: damping ratio of the stiffest mode.".to_owned(),
     ];
     let legend = legend_of_winners("no run gets there, or noise");
@@ -119,6 +122,24 @@ fn map(input: &Input) -> Option<Matrix> {
         legend,
         notes,
     })
+}
+
+/// In how many rows explicit methods lead on soft sheets and implicit ones on stiff sheets.
+fn turns(input: &Input) -> String {
+    let (mut all, mut turning) = (0, 0);
+    for damping in dampings(input) {
+        for level in LEVELS {
+            let scenes = stiffnesses(input).into_iter().filter_map(|k| scene_at(input, damping, k));
+            let kinds = scenes.filter_map(|scene| winner(&input.facts, scene, level)?.kind());
+            let kinds: Vec<_> = kinds.collect();
+            let explicit = kinds.iter().position(|kind| *kind == Kind::Explicit);
+            let implicit = kinds.iter().rposition(|kind| *kind == Kind::Implicit);
+            all += 1;
+            let turn = explicit.zip(implicit);
+            turning += usize::from(turn.is_some_and(|(explicit, implicit)| explicit < implicit));
+        }
+    }
+    format!("In {turning} of {all} rows the lead passes from explicit to implicit methods.")
 }
 
 fn noise(input: &Input) -> Option<Sheet> {
@@ -149,17 +170,20 @@ fn named<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Row, Look)> {
     rows.into_iter().zip(looks(&methods)).collect()
 }
 
-fn curve(label: &str, look: Look, points: Vec<(f64, f64)>) -> Option<Series> {
-    let point = |(x, y)| Point { x, y, state: State::Stable };
-    Series::path(label.to_owned(), look, points.into_iter().map(point).collect())
+fn curve(label: &str, look: Look, points: Vec<Point>) -> Option<Series> {
+    Series::path(label.to_owned(), look, points)
+}
+
+/// A run in a figure of modelled time.
+fn point(run: &Run, y: f64) -> Point {
+    Point { x: run.modelled_s, y, state: mark(run) }
 }
 
 /// The Pareto front of time and error. It ends at the noise.
 fn front_of(input: &Input, scene: &Scene) -> Option<Series> {
     let on_it = runs(&input.facts, scene).filter(|(_, run)| run.is_on_front);
-    let mut points: Vec<_> =
-        on_it.filter_map(|(_, run)| Some((run.modelled_s, run.error?))).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut points: Vec<_> = on_it.filter_map(|(_, run)| Some(point(run, run.error?))).collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
     Some(curve("Pareto front of all methods", FRONT, points)?.behind())
 }
 
@@ -175,7 +199,7 @@ fn front(input: &Input) -> Option<Sheet> {
         for damping in ends.iter().take(dampings.len().min(2)) {
             let Some(scene) = scene_at(input, damping, *stiffness) else { continue };
             let curves = named(input, scene).into_iter().filter_map(|(row, look)| {
-                let point = |run: &Run| Some((run.modelled_s, run.error?));
+                let point = |run: &Run| Some(point(run, run.error?));
                 curve(&row.label, look, row.runs.iter().filter_map(point).collect())
             });
             let series = front_of(input, scene).into_iter().chain(curves).collect();
@@ -243,8 +267,8 @@ fn errors(input: &Input) -> Option<Sheet> {
     let xs: Vec<f64> = all.map(|run| run.modelled_s).collect();
     let curves = |of: &dyn Fn(&Run, &Beside) -> f64| -> Vec<Series> {
         let of_row = |(row, look): &(&Row, Look)| {
-            let point = |run: &Run| Some((run.modelled_s, of(run, run.beside.as_ref()?)));
-            let points = row.runs.iter().filter_map(point).filter(|(_, y)| *y > 0.0);
+            let point = |run: &Run| Some(point(run, of(run, run.beside.as_ref()?)));
+            let points = row.runs.iter().filter_map(point).filter(|point| point.y > 0.0);
             curve(&row.label, *look, points.collect())
         };
         rows.iter().filter_map(of_row).collect()
@@ -274,12 +298,31 @@ fn errors(input: &Input) -> Option<Sheet> {
     (!xs.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }
 
-/// The table of how often methods lead or tie.
+/// The table of how many damped sheets each kind of methods leads.
+fn kinds(input: &Input) -> Table {
+    let facts = &input.facts;
+    let line = |level: f64| {
+        let leads = tally(counted(facts, level).filter_map(Winner::kind));
+        let missed = counted(facts, level).filter(|winner| winner.label.is_none()).count();
+        let damped = facts.scenes.iter().filter(|scene| scene.is_damped());
+        let noisy = damped.filter(|scene| !scene.ranks(level)).count();
+        let counts = leads.into_iter().chain([missed, noisy]).map(|count| count.to_string());
+        std::iter::once(format!("≤ {}", percent(level, 1))).chain(counts).collect()
+    };
+    Table {
+        title: "**Who leads by a factor of 2**: the number of damped sheets for each error."
+            .to_owned(),
+        header: texts(&["error", "explicit", "implicit", "tie", "not reached", "noise"]),
+        names: 1,
+        rows: LEVELS.into_iter().map(line).collect(),
+    }
+}
+
+/// The table of how often methods are the cheapest or tie.
 fn leaders(input: &Input) -> Table {
     let facts = &input.facts;
     let counts = LEVELS.map(|level| frequent(facts, level));
-    let ranked =
-        |level: f64| facts.winners.iter().filter(|w| w.level == level && w.label.is_some()).count();
+    let ranked = |level: f64| counted(facts, level).filter(|w| w.label.is_some()).count();
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in counts.iter().rev().flatten() {
         if !names.contains(name) {
@@ -294,12 +337,11 @@ fn leaders(input: &Input) -> Table {
         std::iter::once((*name).to_owned()).chain(counts.iter().map(count)).collect()
     };
     let heading =
-        LEVELS.map(|level| format!("error ≤ {}, of {} sheets", percent(level, 1), ranked(level)));
+        LEVELS.map(|level| format!("error ≤ {}, of {}", percent(level, 1), ranked(level)));
     Table {
-        title:
-            "**Who leads or ties**: on how many sheets a method has the least modelled time for \
-                an error, or less than twice that."
-                .to_owned(),
+        title: "**Who is the cheapest or ties**: on how many damped sheets a method has the least \
+                modelled time for an error, or less than twice that."
+            .to_owned(),
         header: std::iter::once("method".to_owned()).chain(heading).collect(),
         names: 1,
         rows: names.iter().map(line).collect(),
@@ -321,8 +363,8 @@ fn cheapest_runs(input: &Input) -> Table {
     let heading = LEVELS.map(|level| format!("error ≤ {}", percent(level, 1)));
     Table {
         title: "**Cheapest by modelled time**: the form with the least time for an error of the \
-                trajectory, and the next other method with its time over that. Below a factor of \
-                2 it is a tie. –: no run within the budget reaches this error."
+                trajectory, its energy at the end beyond the true one, its motion kept (R), and \
+                the next other method with its time over that. Below a factor of 2 it is a tie. –: no run within the budget reaches this error."
             .to_owned(),
         header: std::iter::once("sheet".to_owned()).chain(heading).collect(),
         names: 1,
@@ -335,7 +377,7 @@ fn others(input: &Input) -> Table {
     let level = LEVELS[1];
     let mut rows = Vec::new();
     for scene in input.facts.scenes.iter().filter(|scene| scene.ranks(level)) {
-        let good = |run: &Run| run.error.is_some_and(|error| error <= level);
+        let good = |run: &Run| run.is_good(level);
         let Some((best, _)) = cheapest(runs(&input.facts, scene), good) else { continue };
         let is_other = |(row, _): &(&Row, &Run)| id(&row.label) != id(&best.label);
         let next = cheapest(runs(&input.facts, scene).filter(is_other), good);

@@ -1,6 +1,6 @@
 //! The words of the study `trajectory`: its question, and the findings from its numbers.
 
-use super::facts::{Beside, Facts, HALF, LEAD, Row, Run, Scene, Winner};
+use super::facts::{Beside, Facts, HALF, Kind, LEAD, Row, Run, Scene, Winner, saved, tally};
 use crate::studies::names;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
@@ -27,35 +27,22 @@ pub(super) fn words(facts: &Facts) -> Words {
     }
 }
 
-/// Which kind of method leads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind {
-    Explicit,
-    Implicit,
-    Tie,
-}
-
 /// The winner of a scene at an error; `None` if the error is too small to rank there.
 pub(super) fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner> {
     facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level)
 }
 
-/// The kind that leads. It is a tie if a method of the other kind costs less than [`LEAD`] times as
-/// much.
-pub(super) fn kind(winner: &Winner) -> Option<Kind> {
-    let is_explicit = winner.is_explicit?;
-    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
-    Some(match is_explicit {
-        _ if is_tie => Kind::Tie,
-        true => Kind::Explicit,
-        false => Kind::Implicit,
-    })
+/// The winners at an error on the damped sheets. Counts leave out the others: their modelled times
+/// are guesses.
+pub(super) fn counted(facts: &Facts, level: f64) -> impl Iterator<Item = &Winner> + Clone {
+    let damped = facts.scenes.iter().filter(|scene| scene.is_damped());
+    damped.filter_map(move |scene| winner(facts, scene, level))
 }
 
-/// The scenes on which an error ranks and is reached, each with the kind that leads.
+/// The damped sheets on which an error ranks and is reached, each with the kind that leads.
 fn kinds(facts: &Facts) -> Vec<(&Scene, Kind)> {
-    let of = |scene| Some((scene, kind(winner(facts, scene, LEVEL)?)?));
-    facts.scenes.iter().filter_map(of).collect()
+    let of = |scene| Some((scene, winner(facts, scene, LEVEL)?.kind()?));
+    facts.scenes.iter().filter(|scene| scene.is_damped()).filter_map(of).collect()
 }
 
 fn error() -> String {
@@ -65,39 +52,39 @@ fn error() -> String {
 /// How often each kind leads.
 fn count(facts: &Facts) -> Option<String> {
     let kinds = kinds(facts);
-    let of = |kind| kinds.iter().filter(|(_, other)| *other == kind).count();
-    let at = |winner: &&Winner| winner.level == LEVEL;
-    let ranked = facts.winners.iter().filter(at).count();
+    let [explicit, implicit, tie] = tally(kinds.iter().map(|(_, kind)| *kind));
+    let ranked = counted(facts, LEVEL).count();
     let missed = match ranked - kinds.len() {
         0 => String::new(),
         count => format!("; on {count} no method gets there within its budget"),
     };
     (!kinds.is_empty()).then(|| {
         format!(
-            "For an error of {}, explicit methods alone lead on {} of {ranked} sheets, implicit \
-             ones alone on {}, and both kinds tie on {}{missed}.",
-            error(),
-            of(Kind::Explicit),
-            of(Kind::Implicit),
-            of(Kind::Tie)
+            "For an error of {}, explicit methods lead by a factor of {LEAD} on {explicit} of \
+             {ranked} damped sheets, implicit ones on {implicit}, and both kinds tie on \
+             {tie}{missed}.",
+            error()
         )
     })
 }
 
-/// The least stiffness and the least damping with which implicit methods lead alone.
+/// The least stiffness with which implicit methods lead, and their least damping if others are
+/// damped less.
 fn implicit(facts: &Facts) -> Option<String> {
     let kinds = kinds(facts);
     let own = || kinds.iter().filter(|(_, kind)| *kind == Kind::Implicit).map(|(scene, _)| *scene);
     let least = |of: fn(&Scene) -> f64| own().map(of).reduce(f64::min);
-    let stiffness = power(least(|scene| scene.stiffness_over_mass_per_s2)?);
-    let ratio = match least(|scene| scene.damping_ratio)? {
-        0.0 => ", with damping and without".to_owned(),
-        ratio => format!(
-            ", and only where the stiffest mode has a damping ratio of at least {}",
-            significant(ratio, 2)
-        ),
+    let stiffness = least(|scene| scene.stiffness_over_mass_per_s2)?;
+    let ratio = least(|scene| scene.damping_ratio)?;
+    let is_less = |(scene, _): &(&Scene, Kind)| {
+        scene.stiffness_over_mass_per_s2 >= stiffness && scene.damping_ratio < ratio
     };
-    Some(format!("Implicit methods lead alone only from k/m = {stiffness} s⁻² on{ratio}."))
+    let ratio = kinds.iter().any(is_less).then(|| {
+        let ratio = significant(ratio, 2);
+        format!(", and only where the stiffest mode has a damping ratio of at least {ratio}")
+    });
+    let (stiffness, ratio) = (power(stiffness), ratio.unwrap_or_default());
+    Some(format!("Implicit methods lead only from k/m = {stiffness} s⁻² on{ratio}."))
 }
 
 /// On how many sheets noise prevents a ranking.
@@ -118,9 +105,10 @@ pub(super) fn id(label: &str) -> &str {
     label.split(',').next().unwrap_or(label)
 }
 
-/// Methods that lead or tie for an error, with their numbers of scenes: the largest first.
+/// Methods that are the cheapest or tie for an error, with their numbers of damped sheets: the
+/// largest first.
 pub(super) fn frequent(facts: &Facts, level: f64) -> Vec<(&str, usize)> {
-    frequent_among(facts.winners.iter().filter(|winner| winner.level == level))
+    frequent_among(counted(facts, level))
 }
 
 /// The same count for given winners.
@@ -143,25 +131,24 @@ fn frequent_among<'a>(winners: impl Iterator<Item = &'a Winner>) -> Vec<(&'a str
     counts
 }
 
-/// The methods that lead or tie most often: where explicit or implicit methods lead alone, and
+/// The methods that are the cheapest or tie most often: where explicit or implicit methods lead, and
 /// where both tie.
 fn leaders(facts: &Facts) -> Option<String> {
     let most = |meant: Kind| {
-        let own = facts.winners.iter().filter(|w| w.level == LEVEL && kind(w) == Some(meant));
-        let counts = frequent_among(own);
+        let counts = frequent_among(counted(facts, LEVEL).filter(|w| w.kind() == Some(meant)));
         let most = counts.first()?.1;
         let names: Vec<_> =
             counts.iter().take_while(|(_, count)| *count == most).map(|(name, _)| *name).collect();
         Some(names::methods(&names))
     };
     let places = [
-        ("where explicit methods lead alone", Kind::Explicit),
-        ("where implicit ones lead alone", Kind::Implicit),
+        ("where explicit methods lead", Kind::Explicit),
+        ("where implicit ones lead", Kind::Implicit),
         ("where both kinds tie", Kind::Tie),
     ];
     let parts: Vec<String> =
         places.into_iter().filter_map(|(at, of)| Some(format!("{} {at}", most(of)?))).collect();
-    (!parts.is_empty()).then(|| format!("These lead or tie most often: {}.", parts.join("; ")))
+    (!parts.is_empty()).then(|| format!("Cheapest or tied most often: {}.", parts.join("; ")))
 }
 
 /// The least and the greatest noise of a sheet.
@@ -205,7 +192,7 @@ fn by_energy(facts: &Facts) -> Option<String> {
     let mut others = 0;
     for scene in facts.scenes.iter().filter(|s| s.ranks(LEVEL) && s.energy_floor <= 0.5 * LEVEL) {
         let is_right = |beside: Beside| beside.energy.abs() <= LEVEL && beside.retained >= HALF;
-        let good = |run: &Run| run.beside.is_some_and(is_right);
+        let good = |run: &Run| run.flaw.is_none() && run.beside.is_some_and(is_right);
         let Some(winner) = winner(facts, scene, LEVEL).filter(|w| w.label.is_some()) else {
             continue;
         };
@@ -224,17 +211,16 @@ fn by_energy(facts: &Facts) -> Option<String> {
     })
 }
 
-/// The other errors of runs that follow the trajectory.
+/// The other errors of runs that follow the trajectory and have no flaw.
 fn beside(facts: &Facts) -> Option<String> {
     let good = facts.scenes.iter().filter(|scene| scene.ranks(LEVEL)).flat_map(|scene| {
         let own = runs(facts, scene).map(|(_, run)| run);
-        own.filter(|run| run.error.is_some_and(|error| error <= LEVEL))
+        own.filter(|run| run.is_good(LEVEL))
     });
     let good: Vec<_> = good.filter_map(|run| run.beside).collect();
     let most = |of: fn(&Beside) -> f64| good.iter().map(of).reduce(f64::max);
     Some(format!(
-        "Runs within {} of the trajectory are off by up to {} mm in shape, {} % in strain and {} % \
-         in energy.",
+        "Runs that may win at {} are off by up to {} mm in shape, {} % in strain and {} % in energy.",
         error(),
         significant(1e3 * most(|b| b.shape_m)?, 2),
         significant(100.0 * most(|b| b.strain.abs())?, 2),
@@ -252,26 +238,69 @@ fn retained(facts: &Facts) -> Option<String> {
 }
 
 fn caveats(facts: &Facts) -> Vec<String> {
-    let ranked = facts.winners.iter().filter(|w| w.level == LEVEL && w.label.is_some());
+    let ranked = counted(facts, LEVEL).filter(|winner| winner.label.is_some());
     let ties = ranked.clone().filter(|winner| !winner.tied.is_empty()).count();
-    let sizes: Vec<f64> = facts.scenes.iter().map(|scene| scene.particles as f64).collect();
+    let narrow = ranked.clone().filter(|winner| winner.is_narrow).count();
     let mut caveats = vec![
         format!(
             "Steps are powers of two and modelled time is off by some per cent, so a lead below a \
-             factor of {LEAD} is a tie: {ties} of {} winners lead by less.",
+             factor of {LEAD} is a tie: {ties} of {} winners lead by less. {narrow} more would tie \
+             if the error could be a tenth larger.",
             ranked.count()
         ),
         "The motion is short and smooth, without contact: `animation` asks about five seconds and \
          `rest` about where cloth comes to lie."
             .to_owned(),
     ];
-    if let Some(sizes) = names::range(&sizes, |size| size.to_string()) {
-        caveats.push(format!(
-            "Sheets have {sizes} particles; the stiffest are the smallest, so a column is not one \
-             cloth at another stiffness."
-        ));
-    }
+    caveats.extend([flawed(facts), undamped(facts), small(facts)].into_iter().flatten());
     caveats
+}
+
+/// How often a run with a flaw would have won.
+fn flawed(facts: &Facts) -> Option<String> {
+    let at = |level: f64| {
+        let own = facts.winners.iter().filter(move |winner| winner.level == level);
+        saved(own, &facts.rows)
+    };
+    let (rough, small) = (at(ROUGH), at(LEVEL));
+    (rough + small > 0).then(|| {
+        format!(
+            "On {rough} sheets at {} and on {small} at {} a cheaper run is near the true end, but it \
+             has gained energy or hardly moves. Such runs do not win.",
+            percent(ROUGH, 1),
+            error()
+        )
+    })
+}
+
+/// The sheets that the counts leave out.
+fn undamped(facts: &Facts) -> Option<String> {
+    let count = facts.scenes.iter().filter(|scene| !scene.is_damped()).count();
+    (count > 0).then(|| {
+        format!(
+            "Counts leave out the {count} sheets without damping: prices of work were fitted to \
+             damped sheets, so modelled times without damping are guesses."
+        )
+    })
+}
+
+/// Where sheets are smaller than usual, and where one hardly moves.
+fn small(facts: &Facts) -> Option<String> {
+    let particles = || facts.scenes.iter().map(|scene| scene.particles);
+    let (least, most) = (particles().min()?, particles().max()?);
+    let small = facts.scenes.iter().filter(|scene| scene.particles == least);
+    let from = small.map(|scene| scene.stiffness_over_mass_per_s2).reduce(f64::min)?;
+    let slowest = facts.scenes.iter().min_by(|a, b| a.motion_m.total_cmp(&b.motion_m))?;
+    (least < most).then(|| {
+        format!(
+            "From k/m = {} s⁻² on sheets have {least} particles, below {most}: a column is not one \
+             cloth at another stiffness. At {} the sheet moves only {} mm in {} s.",
+            power(from),
+            slowest.id,
+            significant(1e3 * slowest.motion_m, 1),
+            slowest.span_s
+        )
+    })
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Records of the experiment `work-precision`: what accuracy costs.
 
+use crate::film::HALF;
+use crate::stability::STABLE;
 use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -58,8 +60,24 @@ pub struct Scene {
     pub reference_error: f64,
     /// The tighter of the two tolerances of the reference.
     pub reference_tolerance: f64,
+    /// Mean error of eight motions whose starts differ by up to 1 µm along the normal of the sheet,
+    /// against the motion without this noise. A smaller error means nothing.
+    #[serde(default)]
+    pub floor: f64,
+    /// Mean error of the energy at the end of these motions, over the energy that the scene sets
+    /// free.
+    #[serde(default)]
+    pub energy_floor: f64,
     /// Largest effort of a run, in visits of a spring.
     pub budget: f64,
+}
+
+impl Scene {
+    /// Whether an error is large enough to rank: at least twice the noise. Noise alone sets two
+    /// true motions apart, and a run may err by as much again.
+    pub fn ranks(&self, level: f64) -> bool {
+        level >= 2.0 * self.floor
+    }
 }
 
 /// One method on one scene.
@@ -97,6 +115,9 @@ pub struct Run {
     /// The run's other errors, where the study measures them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beside: Option<Beside>,
+    /// Why the run may not win, however small its error is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flaw: Option<Flaw>,
     /// Modelled time of the run, s: its counts times the prices of its form. The prices were
     /// measured once and are part of the source. Runs are ranked by this time.
     pub modelled_s: f64,
@@ -117,7 +138,8 @@ pub struct Run {
     pub cg_iterations: u64,
     /// Steps whose solver stopped before its tolerance.
     pub unconverged_steps: u64,
-    /// Whether no run of any method on this scene has at most this error for less modelled time.
+    /// Whether no run without a flaw, of any method on this scene, has at most this error for less
+    /// modelled time.
     pub is_on_front: bool,
     /// Whether the counts have the same bits on every machine. Errors never have: the reference
     /// calls a library's functions.
@@ -139,7 +161,34 @@ pub struct Beside {
     pub retained: f64,
 }
 
-/// The cheapest run at one scene and level of error.
+impl Beside {
+    /// What is wrong with the run, although its error may be small. `floor` is the noise of the
+    /// energy. A run that ends with too much energy is unstable and is near the true motion by
+    /// chance. The limit is that of a stable run. A loss of energy is no flaw: it shows in the error
+    /// and in the motion kept.
+    pub(super) fn flaw(&self, floor: f64) -> Option<Flaw> {
+        if self.energy > STABLE.max(2.0 * floor) {
+            Some(Flaw::GainsEnergy)
+        } else if self.retained < HALF {
+            Some(Flaw::Locked)
+        } else {
+            None
+        }
+    }
+}
+
+/// Why a run may not win.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Flaw {
+    /// At the end it has more energy than a stable run may have.
+    #[serde(rename = "gains energy")]
+    GainsEnergy,
+    /// It keeps less than half of the motion.
+    #[serde(rename = "locked")]
+    Locked,
+}
+
+/// The cheapest run without a flaw at one scene and level of error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Winner {
@@ -155,12 +204,22 @@ pub struct Winner {
     pub value: Option<f64>,
     /// Modelled time of the winner, s.
     pub modelled_s: Option<f64>,
+    /// The winner's error of the energy, as in [`Beside::energy`].
+    #[serde(default)]
+    pub energy: Option<f64>,
+    /// The share of the motion that the winner keeps, as in [`Beside::retained`].
+    #[serde(default)]
+    pub retained: Option<f64>,
     /// Label of the cheapest row of another method.
     pub runner_up: Option<String>,
     /// Modelled time of the runner-up over that of the winner.
     pub ratio: Option<f64>,
     /// Rows of other methods that tie: their modelled times are too near for an order.
     pub tied: Vec<Tied>,
+    /// Whether no method ties, but one would at errors that are a tenth larger. Steps are powers of
+    /// two, so this lead may come from the steps alone.
+    #[serde(default)]
+    pub is_narrow: bool,
 }
 
 /// A method whose modelled time ties with the winner's.
@@ -208,12 +267,65 @@ impl Row {
     /// Whether the method spends the budget without reaching an error of `level`.
     pub(super) fn misses(&self, level: f64) -> bool {
         let is_cut = self.runs.last().is_some_and(|run| run.verdict == Verdict::OverBudget);
-        is_cut && cheapest(std::iter::once(self), level).is_none()
+        is_cut && !self.runs.iter().any(|run| run.is_within(level))
     }
 }
 
-/// The run with the least modelled time among those with an error of at most `level`. Of equally
-/// cheap runs it is the more accurate.
+impl Run {
+    /// Whether the error is at most `level`.
+    pub(in crate::studies) fn is_within(&self, level: f64) -> bool {
+        self.error.is_some_and(|error| error <= level)
+    }
+
+    /// Whether the run may win at an error of `level`.
+    pub(crate) fn is_good(&self, level: f64) -> bool {
+        self.flaw.is_none() && self.is_within(level)
+    }
+}
+
+/// The kind of methods that leads by at least [`LEAD`], or a tie of both kinds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::studies) enum Kind {
+    Explicit,
+    Implicit,
+    Tie,
+}
+
+impl Winner {
+    /// The kind that leads; `None` if no run reaches the error.
+    pub(in crate::studies) fn kind(&self) -> Option<Kind> {
+        let is_explicit = self.is_explicit?;
+        let is_tie = self.tied.iter().any(|tied| tied.is_explicit != is_explicit);
+        Some(match is_explicit {
+            _ if is_tie => Kind::Tie,
+            true => Kind::Explicit,
+            false => Kind::Implicit,
+        })
+    }
+}
+
+/// How many scenes explicit methods lead, how many implicit ones lead, and on how many they tie.
+pub(in crate::studies) fn tally(kinds: impl Iterator<Item = Kind> + Clone) -> [usize; 3] {
+    let of = |kind: Kind| kinds.clone().filter(|other| *other == kind).count();
+    [Kind::Explicit, Kind::Implicit, Kind::Tie].map(of)
+}
+
+/// How many winners would be others if a run with a flaw could win.
+pub(in crate::studies) fn saved<'a>(
+    winners: impl Iterator<Item = &'a Winner>,
+    rows: &[Row],
+) -> usize {
+    let is_overtaken = |winner: &&Winner| {
+        let most = winner.modelled_s.unwrap_or(f64::INFINITY);
+        let own = rows.iter().filter(|row| row.scene == winner.scene).flat_map(|row| &row.runs);
+        let mut flawed = own.filter(|run| run.flaw.is_some() && run.is_within(winner.level));
+        flawed.any(|run| run.modelled_s < most)
+    };
+    winners.filter(is_overtaken).count()
+}
+
+/// The run with the least modelled time among those without a flaw and with an error of at most
+/// `level`. Of equally cheap runs it is the more accurate.
 pub(in crate::studies) fn cheapest<'a>(
     rows: impl Iterator<Item = &'a Row>,
     level: f64,
@@ -226,7 +338,7 @@ pub(super) fn cheapest_of<'a>(
     runs: impl Iterator<Item = (&'a Row, &'a Run)>,
     level: f64,
 ) -> Option<(&'a Row, &'a Run)> {
-    let good = runs.filter(|(_, run)| run.error.is_some_and(|error| error <= level));
+    let good = runs.filter(|(_, run)| run.is_good(level));
     good.min_by(|(_, a), (_, b)| {
         let by_error = || a.error.unwrap_or(f64::NAN).total_cmp(&b.error.unwrap_or(f64::NAN));
         a.modelled_s.total_cmp(&b.modelled_s).then_with(by_error)

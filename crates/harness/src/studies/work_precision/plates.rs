@@ -23,8 +23,9 @@ pub(super) const PLATES: &[Plate<Input>] = &[
                   error of 10⁻²; on softer sheets small explicit steps or sweeps over lines are. \
                   Error of the positions after 0.25 s over the motion, against seconds; left and \
             below is better. A curve is one method from coarse to fine; the black front is the \
-            best of all methods. Hanging sheet, d/m = 10 s⁻¹. Without timings the axis is modelled \
-            time.",
+            best of all methods. Hollow: the run gains energy or hardly moves, so it is not on the \
+            front. Grey: noise, where nothing ranks. Hanging sheet, d/m = 10 s⁻¹. Without timings \
+            the axis is modelled time.",
         draw: Draw::Sheet(headline),
     },
     Plate {
@@ -46,7 +47,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
     Plate {
         file: "work-precision-heavy.svg",
-        title: "With heavy damping implicit methods win from k/m = 10⁶ s⁻² on",
+        title: "With heavy damping implicit methods lead from k/m = 10⁶ s⁻² on",
         caption: "Explicit methods hold the front for 1 % up to k/m = 10⁴ s⁻² and leave it above. \
                   Error after 0.25 s over the motion, against modelled time; the \
             black line is the front of all methods. Hanging sheet with d/m = √(k/m); the methods \
@@ -66,19 +67,27 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "work-precision-map.svg",
         title: "Which method is the cheapest",
-        caption: "Implicit methods take over from explicit ones where a row turns from blue to \
-            yellow: blue places name an explicit method, yellow places an implicit one. Each \
-            place names the method with the least modelled time for an error. A row is a scene, a \
+        caption: "Only a colour marks a lead by a factor of 2: blue is an explicit method, yellow \
+            an implicit one. White places are ties, and two of the methods are named. Each place \
+            names the method with the least modelled time for an error. A row is a scene, a \
             damping and an error, a column a stiffness over mass, from soft to stiff. Light \
-            damping is d/m = 10 s⁻¹, heavy damping d/m = √(k/m). White: methods tie, and two are \
-            named. Empty: not run, or no run within the budget reaches the error.",
+            damping is d/m = 10 s⁻¹, heavy damping d/m = √(k/m). \u{201c}noise\u{201d}: a start \
+            that differs by 1 µm moves the end by more than half of that error. Empty: not run, \
+            or no run within the budget reaches the error.",
         draw: Draw::Matrix(map),
     },
 ];
 
 /// The tables of the page.
 pub(super) fn tables(input: &Input) -> Vec<Table> {
-    vec![fastest(input), cheapest(input), excess(input), calibration(input), scenes(input)]
+    vec![
+        kinds(input),
+        fastest(input),
+        cheapest(input),
+        excess(input),
+        calibration(input),
+        scenes(input),
+    ]
 }
 
 /// The look of the Pareto front.
@@ -86,6 +95,8 @@ pub(in crate::studies) const FRONT: Look = Look::pair(4, 3);
 const MAP_LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 const LEVELS: &str = "errors of 10 %, 1 % and 0.1 %";
 pub(in crate::studies) const MODELLED: &str = "modelled time (s)";
+/// The word for an error that is too small to rank.
+const NOISE: &str = "noise";
 const ERROR: &str = "error over motion (dimensionless)";
 
 /// Scenes of one series over stiffness, softest first.
@@ -114,8 +125,9 @@ enum Cost {
     Seconds,
 }
 
-/// Cost and error of a completed run. Seconds are given only for a verified run.
-fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> {
+/// Cost and error of a completed run. Seconds are given only for a verified run. A run that may not
+/// win is marked.
+fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<Point> {
     let error = run.error.filter(|_| run.verdict == Verdict::Completed)?;
     let spent = match cost {
         Cost::Modelled => run.modelled_s,
@@ -127,27 +139,34 @@ fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<(f64, f64)> 
             rows.iter().find(is_same).filter(|timing| timing.is_verified)?.seconds
         }
     };
-    Some((spent, error))
+    Some(Point { x: spent, y: error, state: mark(run) })
 }
 
-fn points(input: &Input, row: &Row, cost: Cost) -> Vec<(f64, f64)> {
+/// The marker of a run: hollow if it may not win.
+pub(in crate::studies) fn mark(run: &Run) -> State {
+    if run.flaw.is_none() { State::Stable } else { State::Marginal }
+}
+
+fn points(input: &Input, row: &Row, cost: Cost) -> Vec<Point> {
     row.runs.iter().filter_map(|run| point(input, row, run, cost)).collect()
 }
 
 /// A curve from the coarsest run to the finest. Its cost need not rise.
-fn curve(label: &str, look: Look, points: Vec<(f64, f64)>) -> Option<Series> {
-    let point = |(x, y)| Point { x, y, state: State::Stable };
-    Series::path(label.to_owned(), look, points.into_iter().map(point).collect())
+fn curve(label: &str, look: Look, points: Vec<Point>) -> Option<Series> {
+    Series::path(label.to_owned(), look, points)
 }
 
-/// The runs that no other beats in both cost and error.
+/// The runs without a flaw that no other such run beats in both cost and error. Errors below the
+/// noise count as equal to it.
 fn front(input: &Input, scene: &Scene, cost: Cost) -> Option<Series> {
     let mut all: Vec<_> = rows_of(input, scene).flat_map(|row| points(input, row, cost)).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    all.retain(|point| point.state == State::Stable);
+    all.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut best = f64::INFINITY;
-    all.retain(|(_, error)| {
-        let is_better = *error < best;
-        best = best.min(*error);
+    all.retain(|point| {
+        let error = point.y.max(scene.floor);
+        let is_better = error < best;
+        best = best.min(error);
         is_better
     });
     Some(curve("Pareto front of all methods", FRONT, all)?.behind())
@@ -166,25 +185,34 @@ fn panel(input: &Input, scene: &Scene, title: String, cost: Cost) -> Draft {
         .filter_map(|(row, look)| curve(&row.label, look, points(input, row, cost)));
     let series: Vec<_> = front(input, scene, cost).into_iter().chain(curves).collect();
     let rule = |level: &f64| Rule { label: LEVELS.to_owned(), at: At::Y(*level) };
-    (vec![title], series, MAP_LEVELS.iter().map(rule).collect())
+    (vec![title], series, MAP_LEVELS.iter().map(rule).chain(noise(scene)).collect())
+}
+
+/// The band of errors that noise forbids to rank. Noise below the edge of the curves is not shown.
+fn noise(scene: &Scene) -> Option<Rule> {
+    let rule = Rule { label: "noise".to_owned(), at: At::Below(scene.floor) };
+    (scene.floor > LEAST_SHOWN).then_some(rule)
 }
 
 /// Who leads the front from the coarsest of the levels to the finest, in a sentence.
 fn named_front(input: &Input, scene: &Scene, cost: Cost) -> Option<String> {
     let fastest = |level: f64| {
         let of = |row: &'_ Row| {
-            let good = points(input, row, cost).into_iter().filter(|(_, error)| *error <= level);
-            good.map(|(cost, _)| cost).reduce(f64::min)
+            let mut points = points(input, row, cost);
+            points.retain(|point| point.state == State::Stable && point.y <= level);
+            points.into_iter().map(|point| point.x).reduce(f64::min)
         };
         let all = rows_of(input, scene).filter_map(|row| Some((of(row)?, row)));
         let (_, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
         row.label.split(',').next().map(str::to_owned)
     };
-    let mut names: Vec<String> = MAP_LEVELS.iter().filter_map(|level| fastest(*level)).collect();
+    let ranked: Vec<f64> = MAP_LEVELS.into_iter().filter(|level| scene.ranks(*level)).collect();
+    let mut names: Vec<String> = ranked.iter().filter_map(|level| fastest(*level)).collect();
     names.dedup();
+    let least = percent(*ranked.last()?, 1);
     let stiffness = power(scene.stiffness_over_mass_per_s2);
     (!names.is_empty()).then(|| {
-        format!("Front at k/m = {stiffness} s⁻², from 10 % to 0.1 %: {}.", names.join(", "))
+        format!("Front at k/m = {stiffness} s⁻², from 10 % to {least}: {}.", names.join(", "))
     })
 }
 
@@ -275,7 +303,7 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
         for (scene, curves) in scenes.iter().zip(curves) {
             let series = front(input, scene, Cost::Modelled).into_iter().chain(curves).collect();
             let title = format!("{}, {}", family.title, quotient(scene));
-            drafts.push((vec![title], series, Vec::new()));
+            drafts.push((vec![title], series, noise(scene).into_iter().collect()));
         }
     }
     sheet(drafts, Cost::Modelled)
@@ -321,7 +349,12 @@ pub(in crate::studies) fn told_winner(winner: Option<&Winner>) -> String {
             1 => format!("; tie with {}", behind(label, ratio)),
             ties => format!("; tie with {} and {} more", behind(label, ratio), ties - 1),
         });
-        Some(format!("{label}, {} ms{second}", significant(1e3 * time, 2)))
+        let beside = winner.energy.zip(winner.retained);
+        let beside = beside.map_or_else(String::new, |(energy, retained)| {
+            let (energy, retained) = (significant(100.0 * energy, 2), significant(retained, 2));
+            format!(" (energy {energy} %, R {retained})")
+        });
+        Some(format!("{label}, {} ms{beside}{second}", significant(1e3 * time, 2)))
     });
     told.unwrap_or_else(absent)
 }
@@ -339,10 +372,9 @@ fn map(input: &Input) -> Option<Matrix> {
             let winner = |stiffness: &f64| {
                 let scene =
                     scenes.iter().find(|scene| scene.stiffness_over_mass_per_s2 == *stiffness);
-                let winner = scene.and_then(|scene| {
-                    facts.winners.iter().find(|w| w.scene == scene.id && w.level == level)
-                });
-                vec![tile(winner)]
+                vec![
+                    scene.map_or_else(|| told(Shade::Idle, ""), |scene| place(facts, scene, level)),
+                ]
             };
             rows.push(Line {
                 label: format!("{name}, {damping}, {}", percent(level, 1)),
@@ -353,10 +385,38 @@ fn map(input: &Input) -> Option<Matrix> {
     }
     let columns =
         stiffnesses.iter().map(|k| format!("k/m = {} s⁻²", power(*k))).collect::<Vec<_>>();
-    let notes =
-        vec![signs_of_winners("below twice the time"), "Rows: scene, damping, error.".to_owned()];
-    let legend = legend_of_winners("not run, or not reached");
+    let notes = vec![
+        signs_of_winners("below twice the time"),
+        "Rows: scene, damping, error. At k/m = 100 s⁻² heavy damping is the light one.".to_owned(),
+    ];
+    let legend = legend_of_winners("not run, not reached, or noise");
     (!rows.is_empty()).then_some(Matrix { columns, rows, legend, notes })
+}
+
+/// A place of the map.
+fn place(facts: &Facts, scene: &Scene, level: f64) -> Tile {
+    if !scene.ranks(level) {
+        return told(Shade::Idle, NOISE);
+    }
+    tile(facts.winners.iter().find(|winner| winner.scene == scene.id && winner.level == level))
+}
+
+/// How many scenes each kind of methods leads.
+fn kinds(input: &Input) -> Table {
+    let line = |level: f64| {
+        let at = || input.facts.winners.iter().filter(move |winner| winner.level == level);
+        let leads = facts::tally(at().filter_map(Winner::kind));
+        let missed = at().filter(|winner| winner.label.is_none()).count();
+        let noisy = input.facts.scenes.iter().filter(|scene| !scene.ranks(level)).count();
+        let counts = leads.into_iter().chain([missed, noisy]).map(|count| count.to_string());
+        std::iter::once(format!("≤ {}", percent(level, 1))).chain(counts).collect()
+    };
+    Table {
+        title: "**Who leads by a factor of 2**: the number of scenes for each error.".to_owned(),
+        header: texts(&["error", "explicit", "implicit", "tie", "not reached", NOISE]),
+        names: 1,
+        rows: MAP_LEVELS.into_iter().map(line).collect(),
+    }
 }
 
 /// The fastest verified run for each error, by measured time.
@@ -364,13 +424,17 @@ fn fastest(input: &Input) -> Table {
     let line = |scene: &Scene| {
         let runs = || {
             rows_of(input, scene).flat_map(|row| {
-                points(input, row, Cost::Seconds).into_iter().map(move |(s, e)| (row, s, e))
+                points(input, row, Cost::Seconds).into_iter().map(move |point| (row, point))
             })
         };
         let place = |level: f64| {
-            let good = runs().filter(|(.., error)| *error <= level);
-            good.min_by(|a, b| a.1.total_cmp(&b.1)).map_or_else(absent, |(row, seconds, _)| {
-                format!("{}, {} ms", row.label, significant(1e3 * seconds, 3))
+            if !scene.ranks(level) {
+                return NOISE.to_owned();
+            }
+            let is_good = |point: &Point| point.state == State::Stable && point.y <= level;
+            let good = runs().filter(|(_, point)| is_good(point));
+            good.min_by(|a, b| a.1.x.total_cmp(&b.1.x)).map_or_else(absent, |(row, point)| {
+                format!("{}, {} ms", row.label, significant(1e3 * point.x, 3))
             })
         };
         runs().next()?;
@@ -400,10 +464,8 @@ fn calibration(input: &Input) -> Table {
     }
     let line = |label: &str| {
         let quotients = rows().filter(|row| row.label == label).flat_map(|row| {
-            let quotient = move |run: &Run| {
-                let (seconds, _) = point(input, row, run, Cost::Seconds)?;
-                Some(seconds / run.modelled_s)
-            };
+            let quotient =
+                move |run: &Run| Some(point(input, row, run, Cost::Seconds)?.x / run.modelled_s);
             row.runs.iter().filter_map(quotient).collect::<Vec<_>>()
         });
         let quotients = values(quotients);
@@ -443,6 +505,9 @@ fn cheapest(input: &Input) -> Table {
     let facts = &input.facts;
     let line = |scene: &Scene| {
         let place = |level: f64| {
+            if !scene.ranks(level) {
+                return NOISE.to_owned();
+            }
             told_winner(facts.winners.iter().find(|w| w.scene == scene.id && w.level == level))
         };
         std::iter::once(name(scene)).chain(MAP_LEVELS.map(place)).collect()
@@ -451,9 +516,10 @@ fn cheapest(input: &Input) -> Table {
     header.extend(MAP_LEVELS.map(|level| format!("error ≤ {}", percent(level, 1))));
     Table {
         title:
-            "**Cheapest by modelled time**: the method with the least time for an error, and the \
-             next other method with its time over that. Below a factor of 2 it is a tie. –: no \
-             run within the budget reaches this error."
+            "**Cheapest by modelled time**: the method with the least time for an error, its energy \
+             at the end beyond the true one, its motion kept (R), and the next other method with \
+             its time over that. Below a factor of 2 it is a tie. –: no run within the budget \
+             reaches this error."
                 .to_owned(),
         header,
         names: 1,
@@ -475,6 +541,9 @@ fn excess(input: &Input) -> Table {
     }
     let line = |scene: &&Scene| {
         let rows = || rows_of(input, scene);
+        if !scene.ranks(LEVEL) {
+            return None;
+        }
         let (_, least) = facts::cheapest(rows(), LEVEL)?;
         let cost = |label: &&str| {
             let own = facts::cheapest(rows().filter(|row| row.label == *label), LEVEL);
@@ -509,12 +578,15 @@ fn scenes(input: &Input) -> Table {
             significant(scene.damping_over_mass_per_s, 3),
             significant(scene.motion_m, 3),
             significant(scene.reference_error, 2),
+            significant(scene.floor, 2),
+            significant(100.0 * scene.energy_floor, 2),
             significant(scene.budget, 2),
         ]
     };
     Table {
         title: "**Scenes and references.** Motion: root mean square of the distances that the \
-             particles move in 0.25 s."
+             particles move in 0.25 s. Noise: the change at the end after a change of 1 µm at the \
+             start, mean of eight."
             .to_owned(),
         header: texts(&[
             "scene",
@@ -522,6 +594,8 @@ fn scenes(input: &Input) -> Table {
             "d/m (s⁻¹)",
             "motion (m)",
             "error of the reference",
+            "noise of the positions",
+            "of the energy (%)",
             "budget of a run (visits)",
         ]),
         names: 1,

@@ -1,6 +1,8 @@
 //! The words of the study `work-precision`: its question, and the findings from its numbers.
 
-use super::facts::{Facts, LEAD, Row, STIFFNESS, Scene, Winner, cheapest, rows_of};
+use super::facts::{
+    Facts, Kind, LEAD, Row, STIFFNESS, Scene, Winner, cheapest, rows_of, saved, tally,
+};
 use drape_report::Words;
 use drape_report::number::{percent, power, setting, significant};
 
@@ -17,16 +19,18 @@ const BESIDE: [f64; 2] = [1e-1, 1e-3];
 
 /// The findings that the facts support.
 pub(super) fn words(facts: &Facts) -> Words {
-    let conclusions =
-        [("light", light(facts)), ("heavy", "With heavy damping, d/m = √(k/m),".to_owned())];
+    let conclusions = [
+        ("light", light(facts)),
+        ("heavy", "On the hanging sheet with heavy damping, d/m = √(k/m),".to_owned()),
+    ];
     let conclusions: Vec<_> =
         conclusions.iter().filter_map(|(damping, begin)| turn(facts, damping, begin)).collect();
     let conclusion = if conclusions.is_empty() {
         format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL, 1))
     } else {
-        let wins = "A kind wins where its best method needs less than half of the modelled time of \
-                    the other's, for an error of";
-        format!("{} {wins} {}.", conclusions.join(" "), percent(LEVEL, 1))
+        let leads = "A kind leads by a factor of 2: its best method needs less than half of the \
+                     modelled time of the other's, for an error of";
+        format!("{} {leads} {}.", conclusions.join(" "), percent(LEVEL, 1))
     };
     let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
     Words {
@@ -42,18 +46,10 @@ fn light(facts: &Facts) -> String {
         series(facts, "light").iter().map(|scene| scene.damping_over_mass_per_s).collect();
     match values.split_first() {
         Some((first, others)) if others.iter().all(|other| other == first) => {
-            format!("With light damping, d/m = {} s⁻¹,", setting(*first))
+            format!("On the hanging sheet with light damping, d/m = {} s⁻¹,", setting(*first))
         }
-        _ => "With light damping".to_owned(),
+        _ => "On the hanging sheet with light damping,".to_owned(),
     }
-}
-
-/// Which kind of method leads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    Explicit,
-    Implicit,
-    Tie,
 }
 
 fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner> {
@@ -62,15 +58,8 @@ fn winner<'a>(facts: &'a Facts, scene: &Scene, level: f64) -> Option<&'a Winner>
 
 /// The kind that leads on a scene; a tie where a method of the other kind costs less than [`LEAD`]
 /// times as much.
-fn kind(facts: &Facts, scene: &Scene) -> Option<Kind> {
-    let winner = winner(facts, scene, LEVEL)?;
-    let is_explicit = winner.is_explicit?;
-    let is_tie = winner.tied.iter().any(|tied| tied.is_explicit != is_explicit);
-    Some(match is_explicit {
-        _ if is_tie => Kind::Tie,
-        true => Kind::Explicit,
-        false => Kind::Implicit,
-    })
+fn kind(facts: &Facts, scene: &Scene, level: f64) -> Option<Kind> {
+    winner(facts, scene, level)?.kind()
 }
 
 /// The hanging sheets with one kind of damping, softest first.
@@ -86,7 +75,8 @@ fn series<'a>(facts: &'a Facts, damping: &str) -> Vec<&'a Scene> {
 
 /// Which kind leads on the hanging sheet, and from which stiffness on.
 fn turn(facts: &Facts, damping: &str, begin: &str) -> Option<String> {
-    let known = |scene: &&Scene| Some((scene.stiffness_over_mass_per_s2, kind(facts, scene)?));
+    let known =
+        |scene: &&Scene| Some((scene.stiffness_over_mass_per_s2, kind(facts, scene, LEVEL)?));
     let kinds: Vec<_> = series(facts, damping).iter().filter_map(known).collect();
     let (first, last) = (kinds.first()?, kinds.last()?);
     let all = |kind: Kind| kinds.iter().all(|(_, other)| *other == kind);
@@ -97,81 +87,82 @@ fn turn(facts: &Facts, damping: &str, begin: &str) -> Option<String> {
     let explicit = kinds.iter().rposition(|(_, kind)| *kind == Kind::Explicit);
     let implicit = kinds.iter().position(|(_, kind)| *kind == Kind::Implicit);
     Some(match (explicit, implicit) {
-        (Some(_), _) if all(Kind::Explicit) => {
-            format!("{begin} explicit methods win on the hanging sheet {place}.")
-        }
-        (_, Some(_)) if all(Kind::Implicit) => {
-            format!("{begin} implicit methods win on the hanging sheet {place}.")
-        }
+        (Some(_), _) if all(Kind::Explicit) => format!("{begin} explicit methods lead {place}."),
+        (_, Some(_)) if all(Kind::Implicit) => format!("{begin} implicit methods lead {place}."),
         (Some(turn), Some(from)) if turn < from => {
             let (turn, from) = (power(kinds[turn].0), power(kinds[from].0));
             format!(
-                "{begin} explicit methods win up to k/m = {turn} s⁻², implicit ones from {from} \
-                 s⁻² on."
+                "{begin} explicit methods lead only up to k/m = {turn} s⁻², implicit ones only from \
+                 {from} s⁻² on."
             )
         }
         (Some(_), Some(_)) => {
             format!(
-                "{begin} now explicit, now implicit methods win from {} to {} s⁻².",
+                "{begin} now explicit, now implicit methods lead from {} to {} s⁻².",
                 power(first.0),
                 power(last.0)
             )
         }
-        (Some(_), None) => {
-            format!("{begin} explicit methods win or tie with implicit ones {place}.")
+        (Some(turn), None) => {
+            let turn = power(kinds[turn].0);
+            format!(
+                "{begin} explicit methods lead only up to k/m = {turn} s⁻², implicit ones nowhere."
+            )
         }
-        (None, Some(_)) => {
-            format!("{begin} implicit methods win or tie with explicit ones {place}.")
+        (None, Some(from)) => {
+            let from = power(kinds[from].0);
+            format!(
+                "{begin} implicit methods lead only from k/m = {from} s⁻² on, explicit ones nowhere."
+            )
         }
         (None, None) => format!("{begin} explicit and implicit methods tie {place}."),
     })
 }
 
-/// Number of scenes where an explicit method is the cheapest at an error of `level`, and number of
-/// scenes where any method reaches it. `None` if none does.
-fn explicit<'a>(
+/// On how many scenes each kind leads at an error of `level`; `None` if no run reaches it on any.
+fn leads<'a>(
     facts: &Facts,
     scenes: impl Iterator<Item = &'a Scene>,
     level: f64,
-) -> Option<(usize, usize)> {
-    let known = scenes.filter_map(|scene| winner(facts, scene, level)?.is_explicit);
-    let known: Vec<_> = known.collect();
-    let explicit = known.iter().filter(|is_explicit| **is_explicit).count();
-    (!known.is_empty()).then_some((explicit, known.len()))
+) -> Option<[usize; 3]> {
+    let kinds: Vec<_> = scenes.filter_map(|scene| kind(facts, scene, level)).collect();
+    (!kinds.is_empty()).then(|| tally(kinds.iter().copied()))
 }
 
-/// How the winners differ between a large error and a small one.
+/// The sentence about leads that have been counted.
+fn told([explicit, implicit, tie]: [usize; 3]) -> String {
+    let all = explicit + implicit + tie;
+    format!(
+        "explicit methods lead in {explicit} of {all} scenes, implicit ones in {implicit}, and \
+         both kinds tie in {tie}"
+    )
+}
+
+/// How the leads differ between a large error and a small one.
 fn levels(facts: &Facts) -> Option<String> {
     let at = |level| {
-        let (explicit, all) = explicit(facts, facts.scenes.iter(), level)?;
-        Some(format!("in {} of {all} scenes at an error of {}", all - explicit, percent(level, 1)))
+        let leads = leads(facts, facts.scenes.iter(), level)?;
+        Some(format!("for {} {}", percent(level, 1), told(leads)))
     };
     let [rough, small] = BESIDE.map(at);
-    Some(format!("An implicit method is the cheapest {} and {}.", rough?, small?))
+    Some(format!("In all scenes, {}; {}.", rough?, small?))
 }
 
 fn shapes(facts: &Facts) -> Option<String> {
     let others = facts.scenes.iter().filter(|scene| scene.scene != "hanging");
-    let (explicit, all) = explicit(facts, others, LEVEL)?;
+    let leads = leads(facts, others, LEVEL)?;
     let error = percent(LEVEL, 1);
-    Some(format!(
-        "On the thrown and the spread sheet an explicit method is the cheapest for {error} in \
-         {explicit} of {all} scenes."
-    ))
+    Some(format!("On the thrown and the spread sheet, for {error}, {}.", told(leads)))
 }
 
 fn sizes(facts: &Facts) -> Option<String> {
     let is_sized = |scene: &&Scene| scene.series.iter().any(|series| series != STIFFNESS);
-    let (explicit, all) = explicit(facts, facts.scenes.iter().filter(is_sized), LEVEL)?;
+    let leads = leads(facts, facts.scenes.iter().filter(is_sized), LEVEL)?;
     let particles = || facts.scenes.iter().filter(is_sized).map(|scene| scene.particles);
     let (least, most) = (particles().min()?, particles().max()?);
     let error = percent(LEVEL, 1);
-    (least < most).then(|| {
-        format!(
-            "From {least} to {most} particles an explicit method is the cheapest for {error} in \
-             {explicit} of {all} scenes."
-        )
-    })
+    (least < most)
+        .then(|| format!("From {least} to {most} particles, for {error}, {}.", told(leads)))
 }
 
 /// What the library's method costs. Its rows are those whose runs have no step length.
@@ -222,11 +213,12 @@ fn missed(facts: &Facts) -> Option<String> {
 fn caveats(facts: &Facts) -> Vec<String> {
     let at_level = || facts.winners.iter().filter(|w| w.level == LEVEL && w.label.is_some());
     let ties = at_level().filter(|winner| winner.ratio.is_some_and(|ratio| ratio < LEAD)).count();
+    let narrow = at_level().filter(|winner| winner.is_narrow).count();
     let worst = facts.scenes.iter().map(|scene| scene.reference_error).fold(0.0, f64::max);
-    vec![
+    let mut caveats = vec![
         format!(
             "Steps are powers of two, so a lead below a factor of 2 is a tie: {ties} of {} \
-             winners lead by less.",
+             winners lead by less. {narrow} more would tie if the error could be a tenth larger.",
             at_level().count()
         ),
         "Modelled time is counted work times its price; each form's prices were measured once on \
@@ -237,7 +229,40 @@ fn caveats(facts: &Facts) -> Vec<String> {
              {} of it.",
             significant(worst, 2)
         ),
-    ]
+    ];
+    caveats.extend(noise(facts));
+    caveats.extend(flawed(facts));
+    caveats
+}
+
+/// Where noise prevents a ranking.
+fn noise(facts: &Facts) -> Option<String> {
+    let most = facts.scenes.iter().max_by(|a, b| a.floor.total_cmp(&b.floor))?;
+    let least = BESIDE.into_iter().fold(LEVEL, f64::min);
+    let noisy = facts.scenes.iter().filter(|scene| !scene.ranks(least)).count();
+    (most.floor > 0.0).then(|| {
+        format!(
+            "In {noisy} of {} scenes an error of {} is noise: a start that differs by 1 µm changes \
+             the end by more than half of it. At most it changes the end by {} % of the motion \
+             ({}).",
+            facts.scenes.len(),
+            percent(least, 1),
+            significant(100.0 * most.floor, 2),
+            most.id
+        )
+    })
+}
+
+/// How often a run with a flaw would have won.
+fn flawed(facts: &Facts) -> Option<String> {
+    let count = saved(facts.winners.iter(), &facts.rows);
+    (count > 0).then(|| {
+        format!(
+            "At {count} of {} places a cheaper run is near the true end, but it has gained energy \
+             or hardly moves. Such runs do not win.",
+            facts.winners.len()
+        )
+    })
 }
 
 #[cfg(test)]
@@ -260,6 +285,8 @@ mod tests {
             motion_m: 0.1,
             reference_error: 1e-11,
             reference_tolerance: 1e-10,
+            floor: 0.0,
+            energy_floor: 0.0,
             budget: 1e9,
         }
     }
@@ -283,9 +310,12 @@ mod tests {
                 is_explicit: Some(is_explicit),
                 value: Some(1.0),
                 modelled_s: Some(1.0),
+                energy: None,
+                retained: None,
                 runner_up: Some(label(is_second_explicit)),
                 ratio: Some(ratio),
                 tied: tied.into_iter().collect(),
+                is_narrow: false,
             });
             facts.scenes.push(scene);
         }
@@ -293,30 +323,25 @@ mod tests {
     }
 
     #[test]
-    fn the_conclusion_says_where_which_kind_wins() {
+    fn the_conclusion_says_where_which_kind_leads() {
         let (explicit, implicit) = ((true, true, 3.0), (false, false, 3.0));
         let tie = (true, false, 1.5);
         for (winners, said) in [
-            (
-                &[explicit, explicit][..],
-                "explicit methods win on the hanging sheet at every stiffness.",
-            ),
-            (
-                &[implicit, implicit],
-                "implicit methods win on the hanging sheet at every stiffness.",
-            ),
-            (&[explicit], "explicit methods win on the hanging sheet at k/m = 1 s⁻²."),
+            (&[explicit, explicit][..], "explicit methods lead at every stiffness."),
+            (&[implicit, implicit], "implicit methods lead at every stiffness."),
+            (&[explicit], "explicit methods lead at k/m = 1 s⁻²."),
             (
                 &[explicit, tie, implicit],
-                "explicit methods win up to k/m = 1 s⁻², implicit ones from 10² s⁻² on.",
+                "explicit methods lead only up to k/m = 1 s⁻², implicit ones only from 10² s⁻² on.",
             ),
-            (&[implicit, explicit], "now explicit, now implicit methods win from 1 to 10 s⁻²."),
+            (&[implicit, explicit], "now explicit, now implicit methods lead from 1 to 10 s⁻²."),
             (&[explicit, tie, implicit, explicit], "now explicit, now implicit"),
-            (&[tie, implicit], "implicit methods win or tie with explicit ones at every"),
+            (&[tie, implicit], "implicit methods lead only from k/m = 10 s⁻² on, explicit ones no"),
+            (&[explicit, tie], "explicit methods lead only up to k/m = 1 s⁻², implicit ones no"),
         ] {
             for (damping, begin) in [
-                ("light", "With light damping, d/m = 10 s⁻¹, "),
-                ("heavy", "With heavy damping, d/m = √(k/m), "),
+                ("light", "On the hanging sheet with light damping, d/m = 10 s⁻¹, "),
+                ("heavy", "On the hanging sheet with heavy damping, d/m = √(k/m), "),
             ] {
                 let conclusion = words(&facts(damping, winners)).conclusion;
                 assert!(conclusion.starts_with(&format!("{begin}{said}")), "{conclusion}");

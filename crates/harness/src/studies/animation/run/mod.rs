@@ -8,8 +8,8 @@ mod tests;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
-use crate::methods::runs::{Film, Runs, Substeps};
-use crate::studies::animation::facts::{Facts, HEAVY, Run, TimingRow};
+use crate::methods::runs::{Film, Inside, Runs, Substeps};
+use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, TimingRow};
 use crate::studies::filmed::{LONG_S, REPETITIONS, clock, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
 use crate::studies::{Context, Measured, Start, prepared};
@@ -21,6 +21,32 @@ pub(super) const FRAMES_PER_S: u32 = 60;
 pub(super) const FILM: u32 = 24;
 /// Numbers of substeps of a frame for methods that stiffness does not limit.
 const LADDER: [u32; 3] = [1, 2, 4];
+/// The calls a frame with which a form is tried that stiffness does not limit, cheapest first. The
+/// number is the value of its setting, where a setting fixes the work in a call.
+fn rungs(film: &Film) -> Vec<(u32, Option<(&'static str, u32)>)> {
+    match inside(film) {
+        Some(Inside { setting, rungs, .. }) => {
+            rungs.iter().map(|&(calls, number)| (calls, Some((*setting, number)))).collect()
+        }
+        None => LADDER.map(|calls| (calls, None)).into(),
+    }
+}
+
+/// The setting of a form that fixes the work in a call.
+fn inside(film: &Film) -> Option<&'static Inside> {
+    let runs = methods::runs_of(methods::parts(film.form.method).0)?;
+    runs.inside.iter().find(|inside| inside.label == film.form.label)
+}
+
+/// A form with another value of a setting.
+fn with(method: &str, key: &str, value: u32) -> String {
+    let (id, settings) = methods::parts(method);
+    let is_other = |text: &&str| !text.is_empty() && text.split('=').next() != Some(key);
+    let mut settings: Vec<_> = settings.split(',').filter(is_other).map(str::to_owned).collect();
+    settings.push(format!("{key}={value}"));
+    format!("{id}:{}", settings.join(","))
+}
+
 /// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
@@ -80,8 +106,11 @@ fn common() -> String {
          distance from the particles of each surface to the triangles of the other, about every \
          0.1 s. On the ball and in the wind two starts soon move apart, so there the distance of \
          the particles at 0.3 s ranks the runs. Every method runs with {LADDER:?} substeps of a \
-         frame. It tries no more substeps after a run that took {DEAR} sweeps of forces a frame \
-         or whose factorisations used up its budget. An explicit method runs with rising numbers \
+         frame. Where a setting fixes the work in a call (substeps, sweeps or iterations), the \
+         method's file lists up to {} pairs of calls and values, and the form runs with these. It \
+         tries no more after a sound run that is off by at most {} mm or the noise, after a run \
+         that took {DEAR} sweeps of forces a frame, or after one whose factorisations used up its \
+         budget. An explicit method runs with rising numbers \
          from {EXPLICIT:?} until two runs are sound, that is, neither gain energy nor stand \
          still, or until one exceeds its budget; the last failure before the first sound run is \
          kept. A run is locked if its energy is stable and the middle of the free edge moves less \
@@ -93,6 +122,8 @@ fn common() -> String {
          an edge, the number of sweeps grows with the number along the edge.",
         scenes::LIGHT,
         HEAVY,
+        EXPLICIT.len(),
+        1e3 * FINE,
         1e3 * scenes::NEAR_M,
         scenes::RESTLESS,
         scenes::SWEEPS_A_FRAME,
@@ -144,8 +175,9 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
     let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
     let runs = facts.runs.iter().map(|run| {
-        let mut fact =
-            fact(format!("{}, {}, ×{}", run.scene, run.label, run.substeps), run.portable, run);
+        let inside = run.inside.map_or_else(String::new, |number| format!(" of {number}"));
+        let key = format!("{}, {}, ×{}{inside}", run.scene, run.label, run.substeps);
+        let mut fact = fact(key, run.portable, run);
         if !run.portable
             && let serde_json::Value::Object(values) = &mut fact.values
         {

@@ -1,12 +1,12 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
-use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, TIMED, first_forms, forms};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, first_forms, forms, rungs, with};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
-use crate::studies::animation::facts::{self, HEAVY, Measure, Run, TimingRow};
+use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
 use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
 use crate::studies::sheet::cut;
@@ -395,21 +395,25 @@ impl Setting {
         if outcome.is_over_budget && is_late { Err(HarnessError::Late) } else { Ok(()) }
     }
 
-    /// Runs with each number of calls in [`LADDER`], until more calls would be too expensive.
+    /// Runs with each of its [`rungs`], until more would be too expensive or could not matter.
     fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let dear = DEAR * u64::from(self.case.frames);
         let mut runs: Vec<Run> = Vec::new();
-        for substeps in LADDER {
+        // No figure asks for a smaller error.
+        let fine = FINE.max(self.scene.floor_m());
+        for (substeps, inside) in rungs(film) {
             // More calls take more factorisations, and more sweeps if each call is expensive.
             let is_over = |run: &Run| {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
-                is_spent || run.counts.force_evaluations >= dear
+                let is_fine = self.scene.error(run).is_some_and(|error| error <= fine);
+                let is_enough = run.is_sound() && is_fine;
+                is_enough || is_spent || run.counts.force_evaluations >= dear
             };
             if runs.last().is_some_and(is_over) {
                 break;
             }
-            runs.push(self.run(film, substeps)?);
+            runs.push(self.run(film, substeps, inside)?);
         }
         Ok(runs)
     }
@@ -420,7 +424,7 @@ impl Setting {
         // Within Gershgorin's bound stiffness makes no run unstable.
         let most = 4 * self.scene.limit_substeps;
         for substeps in EXPLICIT.into_iter().filter(|&n| n <= most) {
-            let run = self.run(film, substeps)?;
+            let run = self.run(film, substeps, None)?;
             // A refused run stays refused, and more calls only exceed the budget further.
             let is_over = matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
             if !run.is_sound() && !is_over && !runs.iter().any(Run::is_sound) {
@@ -434,13 +438,23 @@ impl Setting {
         Ok(runs)
     }
 
-    fn run(&self, film: &Film, substeps: u32) -> Result<Run, HarnessError> {
-        let choice = Choice::parse(film.form.method, &[])?;
+    /// Runs a form with so many calls a frame, and with the value of a setting if one is given.
+    fn run(
+        &self,
+        film: &Film,
+        substeps: u32,
+        inside: Option<(&str, u32)>,
+    ) -> Result<Run, HarnessError> {
+        let method = film.form.method;
+        let method =
+            inside.map_or_else(|| method.to_owned(), |(key, value)| with(method, key, value));
+        let choice = Choice::parse(&method, &[])?;
         let mut run = Run {
             scene: self.scene.id.clone(),
             label: film.form.label.to_owned(),
             method: choice.full_id(),
             substeps,
+            inside: inside.map(|(_, value)| value),
             is_limited: film.substeps == Substeps::Limit,
             verdict: Verdict::Refused,
             shape_error_m: None,
@@ -547,6 +561,7 @@ impl Stage for Setting {
             scene: run.scene.clone(),
             label: run.label.clone(),
             substeps: run.substeps,
+            inside: run.inside,
             frames: u64::from(frames),
             frame_s: seconds / f64::from(frames),
             samples_s,

@@ -1,5 +1,5 @@
-use super::first_forms;
 use super::scenes::{Case, Setting, cases, long as long_cases};
+use super::{EXPLICIT, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::filmed::{REPETITIONS, Stage as _};
 use crate::studies::{Context, Progress};
@@ -42,9 +42,34 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     assert!(holds.is_good(scene) && after.shape_error_m < holds.shape_error_m, "{euler:?}");
     assert!(holds.substeps <= 2 * scene.limit_substeps, "{euler:?}");
     let implicit = runs("bdf2", Substeps::Ladder);
-    assert!(implicit[2].is_good(scene), "{:?}", implicit[2]);
+    let finest = implicit.last().expect("a run");
+    assert!(finest.is_good(scene), "{finest:?}");
     let timing = setting.time(holds).expect("times");
     assert!(timing.frame_s > 0.0 && timing.samples_s.len() <= REPETITIONS);
+}
+
+/// A method whose calls have parts is tuned like an explicit one: it tries several numbers of
+/// parts, in every scene.
+#[test]
+fn the_parts_of_a_call_are_tried_in_several_numbers_in_every_scene() {
+    for case in cases() {
+        let setting = Setting::staged(&case).expect("a valid scene");
+        let films = setting.films();
+        let lines = films.iter().find(|film| film.form.label == "xpbd-lines").expect("its form");
+        let once = rungs(lines).into_iter().filter(|(calls, _)| *calls == 1);
+        let numbers: Vec<_> = once.filter_map(|(_, inside)| Some(inside?.1)).collect();
+        assert_eq!(numbers, [4, 6, 8, 10, 15, 20], "{}", case.id());
+        for film in films {
+            let rungs = rungs(&film);
+            assert!(rungs.len() <= EXPLICIT.len(), "{}: {rungs:?}", film.form.label);
+        }
+    }
+    let case = cases().into_iter().find(Case::is_quick).expect("a quick case");
+    let setting = Setting::new(&case).expect("a valid scene");
+    let film = Film::ladder("xpbd-lines", "xpbd-lines");
+    let runs = setting.runs(&film).expect("runs");
+    let coarsest = &runs[0];
+    assert_eq!(coarsest.calls(&setting.scene), "1 call of 4 substeps", "{coarsest:?}");
 }
 
 struct Silent;

@@ -40,10 +40,14 @@ pub(super) fn method() -> String {
          observed ten times a second. The run has arrived at the first observation from which on \
          the surface stays within {} mm of the rest shape; a run that did not end at rest must \
          stay there for at least {} observations. Its work until then is its cost. The shape is \
-         right if its energy is at most {} of the released energy above the least known one. The \
-         least known energy is the lowest of two sets: rest shapes that Newton's method finds \
+         right if its energy is within {} of the released energy of an accepted minimum. Accepted \
+         are the least known minimum and every minimum in which a true motion ends. The least \
+         known energy is the lowest of two sets: rest shapes that Newton's method finds \
          from starts with {:?} waves, and minima that runs reached. Runs that the rounding of a \
-         library affects are left out of the second set. A run that does not arrive is locked if \
+         library affects are left out of the second set. The true motions are runs of `{TRUE}` \
+         with {FINE:?} times the steps of its limit. One begins at the start of the runs; {NOISY} \
+         more begin with noise of up to {NOISE:e} m along each axis. A true motion counts if both \
+         steps lead to the same energy, within the same tolerance. A run that does not arrive is locked if \
          it has covered less than {} of its way at its end; otherwise it is open. Every method \
          runs in the forms of the study `animation`, with {FIRST:?} steps in 0.1 s and, until one \
          arrives, with {MORE:?}. An explicit method takes {SHARES:?} times the steps of its limit \
@@ -61,6 +65,10 @@ pub(super) fn method() -> String {
         RESIDUAL = scenes::RESIDUAL,
         SPEED = scenes::SPEED,
         BUDGET = scenes::BUDGET,
+        TRUE = scenes::TRUE,
+        FINE = scenes::FINE,
+        NOISY = scenes::NOISY.len(),
+        NOISE = scenes::NOISE,
         FIRST = &STEPS[..ALWAYS],
         MORE = &STEPS[ALWAYS..],
     )

@@ -10,7 +10,7 @@ use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::run::forms;
 use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
-use crate::studies::rest::facts::{Minimum, Run, Scene, THERE, TimingRow};
+use crate::studies::rest::facts::{Accepted, Minimum, Motion, RIGHT, Run, Scene, THERE, TimingRow};
 use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
@@ -55,6 +55,14 @@ const ALIKE: f64 = 1e-6;
 pub(super) const WAVES: [u32; 4] = [2, 3, 4, 5];
 /// Largest work of a run, in visits of a spring.
 pub(super) const BUDGET: f64 = 1e8;
+
+/// The method of the true motions, and its numbers of steps over the number within the limit. It has
+/// the same bits on every machine.
+pub(super) const TRUE: &str = "leapfrog:damping=explicit";
+pub(super) const FINE: [u32; 2] = [2, 4];
+/// Seeds of the noise on the starts of further true motions, and its size along each axis, m.
+pub(super) const NOISY: [u64; 3] = [1, 2, 3];
+pub(super) const NOISE: f64 = 1e-6;
 
 /// The table, with the cloth on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -203,13 +211,105 @@ impl Setting {
             released_j: released,
             prestress: stored / released,
             minima,
+            motions: Vec::new(),
+            accepted: Vec::new(),
             portable: true,
         };
-        Ok(Self { scene, hash: system_hash(&spec), simulation, camera })
+        let mut setting = Self { scene, hash: system_hash(&spec), simulation, camera };
+        setting.scene.motions = setting.motions()?;
+        setting.accept();
+        Ok(setting)
     }
 
-    /// Runs a method until the cloth is at rest or its time is over.
-    fn watch(&self, choice: &Choice, steps: u32) -> Result<Shown, HarnessError> {
+    /// The true motions. Noise far below any error of a method shows whether another fold is as
+    /// natural an end.
+    fn motions(&self) -> Result<Vec<Motion>, HarnessError> {
+        let mut motions = vec![self.motion("true motion".to_owned(), &self.simulation)?];
+        for seed in NOISY {
+            let mut start = self.simulation.clone();
+            let mut random = Random::new(seed);
+            for (x, is_pinned) in start.state.x.iter_mut().zip(start.system.pinned()) {
+                let way = random.vector() * NOISE;
+                if !is_pinned {
+                    *x += way;
+                }
+            }
+            motions.push(self.motion(format!("true motion, noise {seed}"), &start)?);
+        }
+        Ok(motions)
+    }
+
+    /// A true motion from a start, with each of its steps.
+    fn motion(&self, from: String, start: &Simulation) -> Result<Motion, HarnessError> {
+        let choice = Choice::parse(TRUE, &[])?;
+        let end = |times: u32| {
+            let steps = times * self.scene.limit_steps;
+            let shown = self.watch(&choice, start, steps)?;
+            Ok::<_, HarnessError>((steps, self.end(&shown)))
+        };
+        let ends = FINE.into_iter().map(end).collect::<Result<Vec<_>, _>>()?;
+        let first = ends.first().and_then(|(_, energy)| *energy);
+        let is_converged = ends.iter().all(|(_, energy)| {
+            first.zip(*energy).is_some_and(|(a, b)| self.excess(a, b).abs() <= RIGHT)
+        });
+        Ok(Motion { from, ends, is_converged })
+    }
+
+    /// The energy of the minimum in which a run ends; `None` if it does not end near one.
+    fn end(&self, shown: &Shown) -> Option<f64> {
+        let system = &self.simulation.system;
+        let last = shown.seen.looks.last()?;
+        let mut x = last.x.clone();
+        let found = rest(system, &mut x, TOLERANCE, MOST);
+        let is_there = found.residual <= RESIDUAL && self.camera.distance(&last.x, &x) <= THERE;
+        (is_there && is_minimum(system, &x)).then(|| finite(system.potential_energy(&x)))
+    }
+
+    /// Lists the minima that count as right: the least known, and the ends of converged true
+    /// motions.
+    fn accept(&mut self) {
+        let scene = &self.scene;
+        let least = self.least();
+        let known = scene.minima.iter().filter(|minimum| minimum.is_minimum);
+        let known = known.map(|minimum| (minimum.energy_j, &minimum.from));
+        let known = known.filter(|(energy, _)| self.excess(*energy, least) <= ALIKE);
+        let ends = scene.motions.iter().filter(|motion| motion.is_converged).filter_map(|motion| {
+            // The shortest step is nearest to the truth.
+            Some((motion.ends.last()?.1?, &motion.from))
+        });
+        let mut accepted: Vec<Accepted> = Vec::new();
+        for (energy_j, from) in known.chain(ends) {
+            let is_it =
+                |other: &&mut Accepted| self.excess(energy_j, other.energy_j).abs() <= ALIKE;
+            match accepted.iter_mut().find(is_it) {
+                Some(other) => other.from.push(from.clone()),
+                None => accepted.push(Accepted {
+                    energy_j,
+                    excess_energy: self.excess(energy_j, least),
+                    from: vec![from.clone()],
+                }),
+            }
+        }
+        self.scene.accepted = accepted;
+    }
+
+    /// The energy of the accepted minimum that is nearest to this energy, J. An energy below all of
+    /// them counts as the least known: such a run may be better than its record can repeat.
+    fn reached(&self, energy: f64) -> Option<f64> {
+        let all = self.scene.accepted.iter().map(|accepted| accepted.energy_j);
+        let is_below = all.clone().all(|other| energy < other);
+        let off = |other: &f64| self.excess(energy, *other).abs();
+        let nearest = all.min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        (is_below || off(&nearest) <= RIGHT).then_some(nearest)
+    }
+
+    /// Runs a method from a start until the cloth is at rest or its time is over.
+    fn watch(
+        &self,
+        choice: &Choice,
+        start: &Simulation,
+        steps: u32,
+    ) -> Result<Shown, HarnessError> {
         let is_look = move |moment: &Moment<'_>| moment.step.is_multiple_of(u64::from(steps));
         let measured = Rc::new(RefCell::new((Vec::new(), f64::MAX, f64::MAX)));
         let mass: f64 = self.simulation.system.mass().iter().sum();
@@ -228,7 +328,6 @@ impl Setting {
                 (kept.1, kept.2) = (finite(force), finite(speed));
                 force <= RESIDUAL && speed <= SPEED
             });
-        let start = &self.simulation;
         let (counts, seen) = self.camera.film(runner, start, &start.state.x, steps)?;
         let (work, residual, speed) = measured.take();
         Ok(Shown { counts, seen, work, residual, speed })
@@ -250,13 +349,14 @@ impl Setting {
             rest_energy_j: None,
             is_minimum: None,
             excess_energy: None,
+            reached_j: None,
             gain: 0.0,
             effort: None,
             modelled_s: None,
             counts: Counters::default(),
             portable: choice.is_portable(),
         };
-        let shown = match self.watch(&choice, steps) {
+        let shown = match self.watch(&choice, &self.simulation, steps) {
             Ok(shown) => shown,
             Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
             Err(error) => return Err(error),
@@ -287,6 +387,7 @@ impl Setting {
         let excess = self.excess(energy, self.least());
         run.rest_energy_j = Some(energy);
         run.excess_energy = Some(excess);
+        run.reached_j = self.reached(energy);
         if is_rest && excess < -ALIKE {
             run.is_minimum = Some(is_minimum(system, &x));
         }
@@ -331,9 +432,11 @@ impl Setting {
                 is_minimum: true,
             });
         }
+        self.accept();
         let least = self.least();
         for run in runs {
             run.excess_energy = run.rest_energy_j.map(|energy| self.excess(energy, least));
+            run.reached_j = run.rest_energy_j.and_then(|energy| self.reached(energy));
         }
     }
 

@@ -2,7 +2,7 @@ use super::ALWAYS;
 use super::scenes::{Case, Setting, cases};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::filmed::Stage as _;
-use crate::studies::rest::facts::{Run, THERE};
+use crate::studies::rest::facts::{RIGHT, Run, THERE};
 use drape_report::Verdict;
 
 fn quick() -> Setting {
@@ -48,9 +48,10 @@ fn what_arrives_is_told_from_what_stands_still_and_what_explodes() {
     assert!(row.seconds > 0.0 && !row.samples_s.is_empty());
 }
 
-/// The shape of a run counts if it is better than those of the static search.
+/// The shape of a run counts if it is better than those of the static search. Then others are wrong
+/// unless a true motion reaches them.
 #[test]
-fn a_better_shape_of_a_run_makes_the_others_wrong() {
+fn a_better_shape_of_a_run_is_the_least_known() {
     let mut setting = quick();
     let film = Film { form: Variant::new("a", "backward-euler"), substeps: Substeps::Ladder };
     let mut runs = setting.runs(&film).expect("runs");
@@ -67,10 +68,45 @@ fn a_better_shape_of_a_run_makes_the_others_wrong() {
     setting.learn(&mut runs);
     assert_eq!(setting.scene.minima.last().map(|minimum| minimum.energy_j), Some(energy));
     let (last, others) = runs.split_last().expect("runs");
-    assert!(last.is_right() && !others.iter().any(Run::is_right), "{runs:?}");
+    assert_eq!((last.is_right(), last.reached_j), (true, Some(energy)));
+    for run in others {
+        assert_ne!(run.reached_j, Some(energy), "{run:?}");
+    }
     // A run that a library's functions may have rounded adds no shape.
     setting.scene.minima.pop();
     runs[2].portable = false;
     setting.learn(&mut runs);
     assert_eq!(setting.scene.minima.len(), known);
+}
+
+/// A true motion owes no one the least energy: its end is right beside a better minimum.
+#[test]
+fn the_end_of_a_true_motion_is_right_whatever_better_minimum_is_known() {
+    let mut setting = quick();
+    let ends: Vec<f64> = setting
+        .scene
+        .motions
+        .iter()
+        .filter(|motion| motion.is_converged)
+        .filter_map(|motion| motion.ends.last()?.1)
+        .collect();
+    assert!(!ends.is_empty(), "{:?}", setting.scene.motions);
+    let film = Film { form: Variant::new("a", "symplectic-euler"), substeps: Substeps::Limit };
+    let mut runs = setting.runs(&film).expect("runs");
+    // Energies far below and far above all that a motion reaches.
+    let (mut better, mut worse) = (runs[0].clone(), runs[0].clone());
+    let released = setting.scene.released_j;
+    better.rest_energy_j = runs[0].rest_energy_j.map(|energy| energy - 0.1 * released);
+    better.is_minimum = Some(true);
+    worse.rest_energy_j = runs[0].rest_energy_j.map(|energy| energy + 0.1 * released);
+    runs.extend([better, worse]);
+    setting.learn(&mut runs);
+    let [own, better, worse] = &runs[..] else { panic!("{runs:?}") };
+    assert!(own.excess_energy.is_some_and(|excess| excess > 2.0 * RIGHT), "{own:?}");
+    assert!(own.is_right() && better.is_right() && !worse.is_right(), "{runs:?}");
+    assert!(own.reached_j.is_some_and(|energy| ends.contains(&energy)), "{own:?}");
+    assert_eq!(better.reached_j, better.rest_energy_j);
+    let accepted = &setting.scene.accepted;
+    assert_eq!(accepted[0].energy_j, setting.scene.minima.last().expect("a minimum").energy_j);
+    assert!(accepted[1..].iter().all(|other| other.from[0].starts_with("true motion")));
 }

@@ -8,6 +8,7 @@ use super::facts::{Facts, LEAD, LEVELS};
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods::runs::work::{Knob, Variant};
+use crate::stability::STABLE;
 use crate::studies::work_precision::run::front;
 use crate::studies::work_precision::run::truth::{PERTURBED, SEED};
 use crate::studies::work_precision::run::variants::VARIANTS;
@@ -38,8 +39,12 @@ pub(super) fn method() -> String {
          `rkc` refuses sheets without damping. They take steps T/2ʲ until the trajectory errs by \
          less than {} or by less than the noise, or until a run exceeds the budget of its scene. \
          Modelled time ranks the runs, as there; a method that takes less than {LEAD} times as \
-         long as the winner ties with it. An error ranks only if it is at least twice the noise.",
-        LEVELS[2]
+         long as the winner ties with it. An error ranks only if it is at least twice the noise. A \
+         run may win only if it keeps at least half of the motion and its energy at the end \
+         exceeds the true one by at most {} % of the energy that the scene sets free, or by twice \
+         the noise of the energy.",
+        LEVELS[2],
+        100.0 * STABLE
     )
 }
 

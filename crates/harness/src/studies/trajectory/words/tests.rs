@@ -1,4 +1,4 @@
-use super::super::facts::Tied;
+use super::super::facts::{Flaw, Tied};
 use super::*;
 use drape_report::Verdict;
 
@@ -37,6 +37,7 @@ fn row(scene: &Scene, label: &str, modelled_s: f64, error: f64, energy: f64) -> 
         verdict: Verdict::Completed,
         error: Some(error),
         beside: Some(beside),
+        flaw: None,
         modelled_s,
         effort: 1.0,
         steps: 8,
@@ -79,9 +80,12 @@ fn facts(sheets: &[(f64, f64, f64, bool, f64)]) -> Facts {
                 is_explicit: Some(is_explicit),
                 value: Some(8.0),
                 modelled_s: Some(1.0),
+                energy: None,
+                retained: None,
                 runner_up: Some(labels[1].to_owned()),
                 ratio: Some(ratio),
                 tied: (ratio < LEAD).then_some(tied).into_iter().collect(),
+                is_narrow: false,
             });
         }
         facts.scenes.push(scene);
@@ -101,18 +105,17 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
     let said = words(&known);
     assert_eq!(
         said.conclusion,
-        "For an error of 1 %, explicit methods alone lead on 1 of 4 sheets, implicit ones alone on \
-         2, and both kinds tie on 1. Implicit methods lead alone only from k/m = 10⁶ s⁻² on, and \
-         only where the stiffest mode has a damping ratio of at least 0.10. These lead or tie most \
-         often: `fast` where explicit methods lead alone; `firm` where implicit ones lead alone; \
-         `fast` and `firm` where both kinds tie."
+        "For an error of 1 %, explicit methods lead by a factor of 2 on 1 of 4 damped sheets, \
+         implicit ones on 2, and both kinds tie on 1. Implicit methods lead only from k/m = 10⁶ \
+         s⁻² on. Cheapest or tied most often: `fast` where explicit methods lead; `firm` where \
+         implicit ones lead; `fast` and `firm` where both kinds tie."
     );
     let all = said.observations.join(" ");
     for sentence in [
         "On 1 of 5 sheets, an error of 1 % cannot be ranked: a start that differs by 1 µm",
         "changes the end by 0.0010 % to 3.0 % of the motion, most at k/m = 1e10, ζ = 0.01.",
         "On 1 of 4 sheets, a ranking by final energy (error at most 1 %) has another winner",
-        "are off by up to 0.80 mm in shape, 0.40 % in strain and 2.0 % in energy.",
+        "Runs that may win at 1 % are off by up to 0.80 mm in shape, 0.40 % in strain and 2.0 % in energy.",
         "Runs within 10 % of the trajectory keep 0.992 to 0.996 of the motion.",
     ] {
         assert!(all.contains(sentence), "{sentence}: {all}");
@@ -127,17 +130,50 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
     missed.winners[0].label = None;
     missed.winners[0].is_explicit = None;
     missed.winners[0].tied.clear();
-    let told = "lead on 0 of 4 sheets, implicit ones alone on 2, and both kinds tie on 1; on 1 no \
+    let told = "on 0 of 4 damped sheets, implicit ones on 2, and both kinds tie on 1; on 1 no \
                 method gets there within its budget.";
     assert!(words(&missed).conclusion.contains(told), "{:?}", words(&missed));
     assert!(said.caveats[0].contains("1 of 4 winners lead by less"), "{:?}", said.caveats);
 }
 
 #[test]
+fn a_damping_is_named_only_where_less_damping_changes_the_lead() {
+    let known = facts(&[
+        (1e6, 0.01, 1e-5, true, 3.0),
+        (1e6, 0.1, 1e-5, false, 3.0),
+        (1e8, 1.0, 1e-5, false, 3.0),
+    ]);
+    let told = "only from k/m = 10⁶ s⁻² on, and only where the stiffest mode has a damping ratio of \
+                at least 0.10.";
+    assert!(words(&known).conclusion.contains(told), "{:?}", words(&known));
+}
+
+/// Counts leave out sheets without damping, and a caveat says so.
+#[test]
+fn a_sheet_without_damping_is_not_counted() {
+    let mut known = facts(&[(1e4, 0.1, 1e-4, true, 3.0), (1e6, 0.0, 1e-4, false, 3.0)]);
+    known.scenes[1].damping_over_mass_per_s = 0.0;
+    let said = words(&known);
+    assert!(said.conclusion.contains("on 1 of 1 damped sheets, implicit ones on 0"), "{said:?}");
+    assert!(said.caveats.iter().any(|text| text.contains("the 1 sheets without")), "{said:?}");
+}
+
+/// A cheaper run with a flaw is told, but is no winner.
+#[test]
+fn words_count_the_runs_that_a_flaw_keeps_from_winning() {
+    let mut known = facts(&[(1e4, 0.1, 1e-4, true, 3.0)]);
+    let mut lucky = known.rows[0].clone();
+    (lucky.runs[0].modelled_s, lucky.runs[0].flaw) = (0.1, Some(Flaw::GainsEnergy));
+    known.rows.push(lucky);
+    let caveats = words(&known).caveats;
+    assert!(caveats.iter().any(|text| text.contains("at 10 % and on 1 at 1 %")), "{caveats:?}");
+}
+
+#[test]
 fn one_calm_sheet_alone_gives_no_sentence_that_compares() {
     let said = words(&facts(&[(1e4, 0.1, 1e-4, true, 3.0)]));
-    let alone = "explicit methods alone lead on 1 of 1 sheets, implicit ones alone on 0, and both";
+    let alone = "by a factor of 2 on 1 of 1 damped sheets, implicit ones on 0, and both";
     assert!(said.conclusion.contains(alone), "{said:?}");
-    assert!(!said.conclusion.contains("Implicit methods lead alone"), "{said:?}");
+    assert!(!said.conclusion.contains("Implicit methods lead only"), "{said:?}");
     assert!(!said.observations.iter().any(|text| text.contains("most at")), "{said:?}");
 }

@@ -6,9 +6,9 @@ use crate::HarnessError;
 use crate::cost::{Counted, prices};
 use crate::film::Seen;
 use crate::methods::Choice;
-use crate::run::{Outcome, Runner};
-use crate::studies::work_precision::facts::{Row, Run};
-use drape_model::TimeSpan;
+use crate::run::{Outcome, Runner, Simulation};
+use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
+use drape_model::{State, TimeSpan};
 use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
 use drape_report::Verdict;
 use std::time::Instant;
@@ -48,8 +48,8 @@ pub(super) struct Timed {
 }
 
 impl Setting {
-    /// All runs of a variant, coarsest first. They end when the error is small enough or the budget
-    /// is spent, and before a run that is expected to take more than `limit` visits of a spring.
+    /// All runs of a variant, coarsest first. They end when the error of a run without a flaw is
+    /// small enough or the budget is spent, and before a run that is expected to take more than `limit` visits of a spring.
     pub(in crate::studies) fn row(
         &self,
         variant: &Variant,
@@ -77,8 +77,9 @@ impl Setting {
             } else {
                 self.run(variant, value)?.run
             };
-            let is_last = run.verdict == Verdict::OverBudget
-                || run.error.is_some_and(|error| error < self.enough);
+            let is_enough =
+                run.flaw.is_none() && run.error.is_some_and(|error| error < self.enough);
+            let is_last = run.verdict == Verdict::OverBudget || is_enough;
             runs.push(run);
             if is_last {
                 break;
@@ -134,6 +135,7 @@ impl Setting {
             verdict: Verdict::OverBudget,
             error: None,
             beside: None,
+            flaw: None,
             modelled_s: 0.0,
             effort: 0.0,
             steps: 0,
@@ -179,6 +181,7 @@ impl Setting {
             verdict,
             error,
             beside,
+            flaw: self.flaw(beside),
             modelled_s: counted.seconds(prices().of(variant.method)),
             effort,
             steps: counted.steps,
@@ -194,6 +197,18 @@ impl Setting {
         Ok(Timed { run, nanoseconds: (1e9 * seconds) as u64 })
     }
 
+    fn flaw(&self, beside: Option<Beside>) -> Option<Flaw> {
+        self.truth.as_ref()?.flaw(&beside?)
+    }
+
+    /// The other errors of the library's method, where it ends in this state.
+    fn beside(&self, end: State, tolerance: f64) -> Option<Beside> {
+        let truth = self.truth.as_ref()?;
+        let seen = truth.film(&self.simulation, tolerance)?;
+        let end = Simulation { system: self.simulation.system.clone(), state: end };
+        Some(truth.beside(&end, &seen))
+    }
+
     /// A run of the library's adaptive method.
     fn adapt(&self, tolerance: f64) -> Result<Timed, HarnessError> {
         let particles = self.scene.particles as f64;
@@ -203,9 +218,11 @@ impl Setting {
         let begin = Instant::now();
         let result = adaptive(&self.simulation.system, &self.simulation.state, SPAN, settings);
         let nanoseconds = begin.elapsed().as_nanos() as u64;
+        let mut beside = None;
         let (verdict, error, steps, evaluations) = match result {
             Ok(run) => {
                 let (verdict, error) = judge(self.error(&run.state.x));
+                beside = error.and_then(|_| self.beside(run.state, tolerance));
                 (verdict, error, run.steps, run.evaluations)
             }
             Err(ReferenceError::StepLimit { steps, .. }) => {
@@ -226,7 +243,8 @@ impl Setting {
             step_s: None,
             verdict,
             error,
-            beside: None,
+            beside,
+            flaw: self.flaw(beside),
             modelled_s: counted.seconds(prices().of(DOP853)),
             steps: u64::from(steps),
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,

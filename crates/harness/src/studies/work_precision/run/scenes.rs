@@ -63,10 +63,11 @@ const SMALL_BUDGET: f64 = 3e7;
 /// No finer run is made after one with a smaller error than this.
 const ENOUGH: f64 = 1e-5;
 /// Tolerance of the reference solution.
-pub(super) const TOLERANCE: f64 = 1e-10;
+pub(in crate::studies) const TOLERANCE: f64 = 1e-10;
 
 /// The scenes form a star around one hanging sheet. Its arms vary the stiffness with light and with
-/// heavy damping, the way the sheet is held, and the size in two ways.
+/// heavy damping, the way the sheet is held, and the size in two ways. At k/m = 100 s⁻² heavy damping
+/// is as strong as light damping, so only the light scene is there.
 pub(super) fn cases() -> Vec<Case> {
     let base = Case {
         shape: Shape::Hanging,
@@ -79,7 +80,8 @@ pub(super) fn cases() -> Vec<Case> {
     };
     let mut cases = Vec::new();
     for is_heavy in [false, true] {
-        for stiffness in [1e2, 1e4, 1e6, 1e8, 1e10] {
+        let softest = usize::from(is_heavy);
+        for stiffness in [1e2, 1e4, 1e6, 1e8, 1e10].into_iter().skip(softest) {
             let side = if stiffness > 1e9 { SMALL_SIDE } else { SIDE };
             let is_dear = !is_heavy && stiffness >= STIFF;
             let budget = if is_dear { BUDGET } else { SMALL_BUDGET };
@@ -124,6 +126,14 @@ impl Case {
     /// Whether this is the finest sheet of the series with fixed material.
     pub(super) fn is_finest(&self) -> bool {
         self.side > SIDE && self.series.contains(&FIXED_MATERIAL)
+    }
+
+    /// The particle whose path is measured: the middle of the edge across from the pins. Where both
+    /// edges are pinned, it is the middle of the sheet.
+    pub(super) fn tracked(&self) -> usize {
+        let side = self.side as usize;
+        let row = if self.shape == Shape::Spread { side / 2 } else { side - 1 };
+        row * side + side / 2
     }
 
     /// Whether the quick subset has it.
@@ -218,7 +228,8 @@ pub(in crate::studies) struct Setting {
     pub(super) exact: Vec<Vec3>,
     pub(in crate::studies) hash: String,
     pub(in crate::studies) scene: Scene,
-    /// An ensemble of true motions, for studies that compare runs with the nearest of them.
+    /// The true motions, for studies that judge more than the positions at the end. A run is
+    /// compared with the nearest.
     pub(super) truth: Option<Truth>,
 }
 
@@ -256,6 +267,8 @@ impl Setting {
             motion_m: (moved / mass).sqrt(),
             reference_error: position_error(&system, &state.x, &tight.x, &loose.x),
             reference_tolerance: tolerance,
+            floor: 0.0,
+            energy_floor: 0.0,
             budget: case.budget,
         };
         let hash = system_hash(spec);
@@ -271,8 +284,7 @@ impl Setting {
         })
     }
 
-    /// Error of the positions `x` at the end. An ensemble of true motions gives the error against
-    /// the nearest one.
+    /// Error of the positions `x` at the end, against the nearest true motion.
     pub(in crate::studies) fn error(&self, x: &[Vec3]) -> f64 {
         let Simulation { system, state } = &self.simulation;
         match &self.truth {
@@ -282,7 +294,11 @@ impl Setting {
     }
 }
 
-fn at_end(system: &System, state: &State, tolerance: f64) -> Result<State, HarnessError> {
+pub(in crate::studies) fn at_end(
+    system: &System,
+    state: &State,
+    tolerance: f64,
+) -> Result<State, HarnessError> {
     let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
     Ok(adaptive(system, state, SPAN, settings)?.state)
 }

@@ -5,7 +5,7 @@ use crate::HarnessError;
 use crate::film::{Camera, Seen, mean, threads};
 use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::sheet::cut;
-use crate::studies::work_precision::facts::Beside;
+use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::{State, System, SystemSpec, Vec3};
 use drape_oracle::Random;
 use drape_oracle::order::position_error;
@@ -31,8 +31,10 @@ pub(in crate::studies) struct Truth {
     start: Vec<Vec3>,
     /// The motion without noise, then those with noise.
     members: Vec<Member>,
-    /// Potential energy at the start, less its least value at the end of a frame, J.
+    /// Total energy at the start, less the least potential energy at the end of a frame, J.
     released_j: f64,
+    /// Noise of the energy at the end, over [`Self::released_j`].
+    energy_floor: f64,
 }
 
 /// One true motion.
@@ -57,7 +59,7 @@ pub(in crate::studies) struct Noise {
     pub(in crate::studies) strain: f64,
     /// Spread of the energy at the end, over [`Self::released_j`].
     pub(in crate::studies) energy: f64,
-    /// Potential energy that the scene sets free, J.
+    /// Energy that the scene sets free, J.
     pub(in crate::studies) released_j: f64,
     /// Energy that the true motion loses, over [`Self::released_j`].
     pub(in crate::studies) dissipated: f64,
@@ -89,26 +91,39 @@ impl Setting {
         let (system, state) = spec.build()?;
         let tight = motion(&system, &state, TOLERANCE)?;
         let loose = motion(&system, &state, 10.0 * TOLERANCE)?;
-        let truth = Truth::new(&spec, &system, &state, &tight)?;
-        let noise = truth.noise(&system, &state);
+        let (truth, noise) = Truth::new((case, &spec), &system, &state, &tight)?;
         let ends = [tight, loose].map(|states| states.last().unwrap_or(&state).clone());
         let setting = Self::of(case, &spec, TOLERANCE, |_, _| Ok(ends))?;
         Ok((Self { truth: Some(truth), ..setting }, noise))
+    }
+
+    /// A scene whose runs are compared with the motion without noise. Noise only says which errors
+    /// are too small to rank.
+    pub(super) fn beside_noise(case: &Case) -> Result<Self, HarnessError> {
+        let setting = Self::new(case)?;
+        let Simulation { system, state } = &setting.simulation;
+        let tight = motion(system, state, TOLERANCE)?;
+        let (mut truth, noise) = Truth::new((case, &case.spec()?), system, state, &tight)?;
+        truth.members.truncate(1);
+        // The motion of one piece is the more exact: it does not start anew at each frame.
+        truth.members[0].end.clone_from(&setting.exact);
+        let mut scene = setting.scene.clone();
+        (scene.floor, scene.energy_floor) = (noise.error, noise.energy);
+        Ok(Self { truth: Some(truth), scene, ..setting })
     }
 }
 
 impl Truth {
     fn new(
-        spec: &SystemSpec,
+        (case, spec): (&Case, &SystemSpec),
         system: &System,
         state: &State,
         tight: &[State],
-    ) -> Result<Self, HarnessError> {
-        let side = system.len().isqrt();
+    ) -> Result<(Self, Noise), HarnessError> {
         let camera = Camera {
-            triangles: cut(side as u32),
+            triangles: cut(case.side),
             threads: threads(spec),
-            tracked: vec![side * (side - 1) + side / 2],
+            tracked: vec![case.tracked()],
             rate: f64::from(FRAMES) / SPAN,
             frames: FRAMES,
             stride: STRIDE,
@@ -121,18 +136,16 @@ impl Truth {
         let mut members = vec![member(tight)];
         let mut random = Random::new(SEED);
         for _ in 0..PERTURBED {
-            let mut start = state.clone();
-            for (x, is_pinned) in start.x.iter_mut().zip(system.pinned()) {
-                if !*is_pinned {
-                    *x += normal(x) * random.between(-NOISE_M, NOISE_M);
-                }
-            }
+            let start = moved(system, state, &mut random);
             members.push(member(&motion(system, &start, 10.0 * TOLERANCE)?));
         }
         let potential = |state: &State| system.potential_energy(&state.x);
         let least = tight.iter().map(potential).fold(f64::INFINITY, f64::min);
-        let released_j = potential(state) - least;
-        Ok(Self { camera, start: state.x.clone(), members, released_j })
+        let released_j = energy(system, state) - least;
+        let start = state.x.clone();
+        let truth = Self { camera, start, members, released_j, energy_floor: 0.0 };
+        let noise = truth.noise(system, state);
+        Ok((Self { energy_floor: noise.energy, ..truth }, noise))
     }
 
     fn noise(&self, system: &System, state: &State) -> Noise {
@@ -161,6 +174,19 @@ impl Truth {
         self.camera.glance(runner, simulation, steps as u32 / FRAMES)
     }
 
+    /// The film of the library's adaptive method at a tolerance; `None` if it does not get to the
+    /// end. The method starts anew at each frame, because the library stops nowhere else.
+    pub(super) fn film(&self, start: &Simulation, tolerance: f64) -> Option<Seen> {
+        let Simulation { system, state } = start;
+        let states = motion(system, state, tolerance).ok()?;
+        Some(self.camera.look_at(system, &state.x, &states))
+    }
+
+    /// Why a run with these errors may not win.
+    pub(super) fn flaw(&self, beside: &Beside) -> Option<Flaw> {
+        beside.flaw(self.energy_floor)
+    }
+
     /// The error of the positions at the end against the nearest motion, and that motion.
     fn nearest(&self, system: &System, x: &[Vec3]) -> (f64, &Member) {
         let error = |member: &Member| position_error(system, &self.start, &member.end, x);
@@ -185,6 +211,22 @@ impl Truth {
             retained: seen.path / member.seen.path,
         }
     }
+}
+
+/// The start with each free particle moved along the normal of the sheet by noise.
+fn moved(system: &System, state: &State, random: &mut Random) -> State {
+    let mut start = state.clone();
+    for (x, is_pinned) in start.x.iter_mut().zip(system.pinned()) {
+        if !*is_pinned {
+            *x += normal(x) * random.between(-NOISE_M, NOISE_M);
+        }
+    }
+    start
+}
+
+/// A start moved by noise.
+pub(in crate::studies) fn perturbed(system: &System, state: &State) -> State {
+    moved(system, state, &mut Random::new(SEED))
 }
 
 fn mean_strain(seen: &Seen) -> f64 {

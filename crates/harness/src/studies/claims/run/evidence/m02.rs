@@ -10,6 +10,7 @@ use crate::run::Runner;
 use crate::studies::work_precision::run::variants::Variant;
 use crate::{HarnessError, reference_energy};
 use drape_model::TimeSpan;
+use rayon::prelude::*;
 
 pub(super) const TRIAL: Trial = Trial {
     id: "M02",
@@ -32,29 +33,29 @@ pub(super) const TRIAL: Trial = Trial {
 const MOST: f64 = 0.32;
 /// Left out where there are more than 400 particles.
 const COSTLY: &str = "energy-momentum";
+/// Particles along each edge, from small to large.
+const SIDES: [u32; 3] = [20, 40, LARGE];
 /// From so many particles along each edge on forms that factorise Newton's matrix are left out.
 const LARGE: u32 = 100;
 const STEP: f64 = 0.01;
 const WATCH: f64 = 1.0;
 
 fn evidence() -> Result<Vec<Number>, HarnessError> {
-    let mut numbers = Vec::new();
-    for ground in GROUNDS {
-        if !Contest::is_in_reach(&ground)? {
-            numbers.push(Number::new(ground.doubt(), f64::INFINITY, "").of_machine());
-            continue;
-        }
-        // A step of this method that cannot be solved factorises hundreds of times before it gives
-        // up. A factor of Newton's matrix of 10 000 particles takes a tenth of a second.
-        let is_meant = |form: &Variant| {
-            let is_light = ground.side < LARGE || !factorises(form);
-            is_light && (ground.side <= 20 || !form.method.starts_with(COSTLY))
-        };
-        let leaders = leaders(&numbers, &ground);
-        let most = MOST * f64::from(ground.side * ground.side) / 400.0;
-        let mut contest = Contest::new(ground)?;
-        numbers.extend(contest.places(METHOD, &leaders, &LEVELS, most, is_meant)?);
+    // Leaders on smaller sheets are tried first on larger ones. Sheets of a size run side by side:
+    // on large ones the reference of each takes a core for long.
+    let mut places: Vec<Vec<Number>> = vec![Vec::new(); GROUNDS.len()];
+    for side in SIDES {
+        let known: Vec<Number> = places.iter().flatten().cloned().collect();
+        let of_size: Result<Vec<_>, HarnessError> = GROUNDS
+            .into_par_iter()
+            .enumerate()
+            .with_max_len(1)
+            .filter(|(_, ground)| ground.side == side)
+            .map(|(at, ground)| Ok((at, of_ground(ground, &leaders(&known, &ground))?)))
+            .collect();
+        of_size?.into_iter().for_each(|(at, numbers)| places[at] = numbers);
     }
+    let mut numbers: Vec<Number> = places.into_iter().flatten().collect();
     // A stiff sheet sets free what a soft one does: it falls as far.
     let soft = Contest::start(&Ground::light(1e6))?;
     let released = reference_energy(&soft, WATCH)?;
@@ -68,6 +69,21 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
         }
     }
     Ok(numbers)
+}
+
+/// The place of the method on a sheet.
+fn of_ground(ground: Ground, leaders: &[String]) -> Result<Vec<Number>, HarnessError> {
+    if !Contest::is_in_reach(&ground)? {
+        return Ok(vec![Number::new(ground.doubt(), f64::INFINITY, "").of_machine()]);
+    }
+    // A step of this method that cannot be solved factorises hundreds of times before it gives up.
+    // A factor of Newton's matrix of 10 000 particles takes a tenth of a second.
+    let is_meant = |form: &Variant| {
+        let is_light = ground.side < LARGE || !factorises(form);
+        is_light && (ground.side <= 20 || !form.method.starts_with(COSTLY))
+    };
+    let most = MOST * f64::from(ground.side * ground.side) / 400.0;
+    Contest::new(ground)?.places(METHOD, leaders, &LEVELS, most, is_meant)
 }
 
 /// Whether a form factorises Newton's matrix.
