@@ -50,7 +50,7 @@ pub(crate) fn shorten(text: &str) -> String {
 pub enum SceneError {
     /// The name is neither a bundled scene nor a file.
     #[error(
-        "no scene `{name}`: expected a file, and there is none of this name, or one of the bundled scenes {}",
+        "no scene `{name}`: there is no such file; expected one, or one of the bundled scenes {}",
         known.join(", ")
     )]
     Unknown {

@@ -37,18 +37,16 @@ pub(super) fn long(facts: &Facts) -> Words {
     let mut ran = facts.clone();
     ran.scenes.retain(|scene| runs(facts, scene).next().is_some());
     let Words { conclusion, observations, mut caveats } = words(&ran);
-    let have = |n: usize| format!("{} {}", count(n, "method"), verb(n, "has", "have"));
-    for missing in &facts.missing {
-        let (not_run, not_timed) = (missing.not_run.len(), missing.not_timed.len());
-        let what = if not_run > 0 {
-            format!("{} not been run", have(not_run))
-        } else {
-            format!("{} not been timed", have(not_timed))
+    let lacking = facts.missing.iter().map(|missing| {
+        let (number, what) = match (missing.not_run.len(), missing.not_timed.len()) {
+            (0, not_timed) => (not_timed, "timings"),
+            (not_run, _) => (not_run, "runs"),
         };
-        caveats.push(format!("On the scene \u{201c}{}\u{201d}, {what} yet.", missing.scene));
-    }
-    if !facts.missing.is_empty() {
-        caveats.push("`drape reproduce --long` runs what is missing.".to_owned());
+        format!("{what} of {} on \u{201c}{}\u{201d}", count(number, "method"), missing.scene)
+    });
+    let lacking = lacking.collect::<Vec<_>>().join(", ");
+    if !lacking.is_empty() {
+        caveats.push(format!("Still missing: {lacking}. `drape reproduce --long` runs them."));
     }
     let early = ran.scenes.iter().filter(|scene| scene.measure == Measure::Trajectory);
     for scene in early {
@@ -483,7 +481,7 @@ mod tests {
         let caveats = said.caveats.join(" ");
         assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");
         for sentence in
-            ["2 methods have not been run yet.", "1 method has not been timed yet.", "--long"]
+            ["Still missing: runs of 2 methods on", ", timings of 1 method on", "--long"]
         {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }

@@ -124,8 +124,9 @@ fn loose(facts: &Facts) -> Option<String> {
     let most = gaining.clone().max_by(|a, b| a.energy_gain_j.total_cmp(&b.energy_gain_j))?;
     let extrapolated = gaining.clone().filter(|cell| cell.start == BASE_START).count();
     let number = gaining.count();
+    let theirs = if extrapolated == number { "all".to_owned() } else { extrapolated.to_string() };
     Some(format!(
-        "{number} of {all} runs of plain CG {} energy, {extrapolated} of them with the \
+        "{number} of {all} runs of plain CG {} energy, {theirs} of them with the \
          extrapolated start; in the worst, {} of {} steps take no iteration.",
         verb(number, "gains", "gain"),
         most.idle_steps,

@@ -25,8 +25,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Which expectations about later methods hold",
         caption: "Each line shows the result for an expectation about methods that were published \
             after the paper. Calculations on a similar sheet suggested these expectations; no \
-            paper makes them. Modelled time judges them; counted work, which they named at first, \
-            gives the same verdicts.",
+            paper makes them. Modelled time judges them: a miss within a factor of 2 is \
+            undecided, and errors that noise hides do not count.",
         draw: Draw::Matrix(of_later_methods),
     },
 ];
@@ -105,7 +105,7 @@ fn verdicts(rows: &[&Row]) -> Option<Matrix> {
         columns,
         rows: rows.iter().map(|row| line(row)).collect(),
         legend: legend.to_vec(),
-        notes: Vec::new(),
+        notes: vec!["The numbers count the first column.".to_owned()],
     })
 }
 

@@ -92,13 +92,14 @@ fn fallen(facts: &Facts) -> Option<String> {
     let on_time = with_share(facts, |share| share >= ON_TIME).len();
     is_compared(facts).then(|| {
         format!(
-            "After {time} s, {} {} fallen at least {} % as far as the reference, and {} less than \
-             {} %.",
+            "After {time} s, {} {} fallen at least {} % as far as the reference, {} less than \
+             {} %, and {} in between.",
             count(on_time, "other method"),
             verb(on_time, "has", "have"),
             significant(100.0 * ON_TIME, 2),
             with_share(facts, |share| share < HANGING).len(),
-            significant(100.0 * HANGING, 2)
+            significant(100.0 * HANGING, 2),
+            with_share(facts, |share| (HANGING..ON_TIME).contains(&share)).len()
         )
     })
 }

@@ -114,7 +114,7 @@ fn observations_count_the_runs_that_gain_energy() {
     for part in [
         "up to 6.0 times as many iterations",
         "saves iterations in 1 of 1 cases",
-        "1 of 4 runs of plain CG gains energy, 1 of them with the extrapolated start",
+        "1 of 4 runs of plain CG gains energy, all of them with the extrapolated start",
         "92 of 100 steps take no iteration",
         "as printed gains energy in 1 of 2 runs; safeguarded, in 0 of 1, with 7 Newton iterations",
         "gains energy at 1 of 2 stiffnesses, the softest at k/m = 10⁶ s⁻²",
