@@ -46,17 +46,36 @@ fn registered() -> impl Iterator<Item = Film> {
     })
 }
 
-fn entry(film: &Film) -> Result<Entry, HarnessError> {
+/// A form; if a setting fixes its work in a call, also the form with the second least work that the
+/// study `animation` tries with one call a frame. More calls a frame fill the gap between the two.
+fn entries(film: &Film) -> Result<Vec<Entry>, HarnessError> {
     let Variant { label, method } = film.form;
-    let choice = Choice::parse(method, &[])?;
-    Ok(Entry { label: label.to_owned(), choice, substeps: film.substeps })
+    let mut entries = Vec::new();
+    let mut add = |label: String, settings: &[String]| {
+        let choice = Choice::parse(method, settings)?;
+        entries.push(Entry { label, choice, substeps: film.substeps });
+        Ok::<(), HarnessError>(())
+    };
+    add(label.to_owned(), &[])?;
+    let insides = methods::runs().flat_map(|(_, runs)| runs.inside);
+    for inside in insides.filter(|inside| inside.label == label) {
+        let in_one_call = inside.rungs.iter().filter(|(calls, _)| *calls == 1);
+        if let Some((_, value)) = in_one_call.take(2).last() {
+            let setting = inside.setting;
+            add(format!("{label}, {value} {setting}"), &[format!("{setting}={value}")])?;
+        }
+    }
+    Ok(entries)
 }
 
 /// The forms that `text` names, or all of the registry. Commas separate methods, and also the
 /// settings of one method: a part with `=` and without a colon before it belongs to the method
 /// before. A bare id stands for all registered forms of the method.
 pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
-    let Some(text) = text else { return registered().map(|film| entry(&film)).collect() };
+    let Some(text) = text else {
+        let all: Result<Vec<_>, _> = registered().map(|film| entries(&film)).collect();
+        return all.map(|all| distinct(all.into_iter().flatten()));
+    };
     let mut named: Vec<String> = Vec::new();
     for part in text.split(',').map(str::trim) {
         let continues = part.find('=').is_some_and(|at| !part[..at].contains(':'));
@@ -68,7 +87,7 @@ pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
             _ => named.push(part.to_owned()),
         }
     }
-    let mut entries: Vec<Entry> = Vec::new();
+    let mut chosen: Vec<Entry> = Vec::new();
     for method in named {
         if method.is_empty() {
             let expected = "ids of methods between commas, such as `imex-euler,xpbd:order=2`";
@@ -82,23 +101,28 @@ pub(super) fn chosen(text: Option<&str>) -> Result<Vec<Entry>, HarnessError> {
         let choice = Choice::parse(&method, &[])?;
         let id = choice.method().id;
         let own = |film: &Film| method == id && film.form.method.split(':').next() == Some(id);
-        let known = entries.len();
+        let known = chosen.len();
         for film in registered().filter(own) {
-            entries.push(entry(&film)?);
+            chosen.extend(entries(&film)?);
         }
         // The user's own settings, or a program: the registry does not know such a form.
-        if entries.len() == known {
-            entries.push(Entry { label: method, ..Entry::of(&choice) });
+        if chosen.len() == known {
+            chosen.push(Entry { label: method, ..Entry::of(&choice) });
         }
     }
+    Ok(distinct(chosen))
+}
+
+/// The entries without those whose settings an earlier one has.
+fn distinct(entries: impl IntoIterator<Item = Entry>) -> Vec<Entry> {
     let mut seen = Vec::new();
-    entries.retain(|entry| {
+    let mut is_new = |entry: &Entry| {
         let id = entry.choice.full_id();
         let is_new = !seen.contains(&id);
         seen.push(id);
         is_new
-    });
-    Ok(entries)
+    };
+    entries.into_iter().filter(|entry| is_new(entry)).collect()
 }
 
 /// The numbers of steps a frame with which a form is tried, coarse to fine. `limit` is the number

@@ -502,9 +502,11 @@ impl Legend {
             }
         }
         let points = || panels().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
-        for (state, label) in
-            [(State::Marginal, "run was marginal"), (State::Failed, "run was unstable or diverged")]
-        {
+        for (state, label) in [
+            (State::Marginal, "run was marginal"),
+            (State::Flawed, "run gained energy or hardly moved"),
+            (State::Failed, "run was unstable or diverged"),
+        ] {
             if points().any(|point| point.state == state) {
                 add(Key::State(state), label);
             }

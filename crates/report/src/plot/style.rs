@@ -187,6 +187,8 @@ pub enum State {
     Stable,
     /// Hollow marker.
     Marginal,
+    /// Hollow marker: a run near the true end that has gained energy or hardly moves.
+    Flawed,
     /// Hollow marker, crossed out: any other verdict.
     Failed,
 }

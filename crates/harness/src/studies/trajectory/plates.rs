@@ -139,7 +139,10 @@ fn turns(input: &Input) -> String {
             turning += usize::from(turn.is_some_and(|(explicit, implicit)| explicit < implicit));
         }
     }
-    format!("In {turning} of {all} rows the lead passes from explicit to implicit methods.")
+    format!(
+        "In {turning} of {all} rows explicit methods lead on the softest sheets and implicit ones on \
+         the stiffest, a tie among methods of one kind included."
+    )
 }
 
 fn noise(input: &Input) -> Option<Sheet> {

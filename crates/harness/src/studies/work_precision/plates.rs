@@ -144,7 +144,7 @@ fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<Point> {
 
 /// The marker of a run: hollow if it may not win.
 pub(in crate::studies) fn mark(run: &Run) -> State {
-    if run.flaw.is_none() { State::Stable } else { State::Marginal }
+    if run.flaw.is_none() { State::Stable } else { State::Flawed }
 }
 
 fn points(input: &Input, row: &Row, cost: Cost) -> Vec<Point> {
