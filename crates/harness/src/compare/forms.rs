@@ -1,7 +1,7 @@
 //! The forms of methods that take part, and the steps a frame with which each is tried.
 
 use crate::HarnessError;
-use crate::methods::runs::{Film, Substeps, Variant};
+use crate::methods::runs::{Film, Inside, Substeps, Variant};
 use crate::methods::{self, Choice};
 use crate::studies::variant::{is_explicit, or_defaults};
 use drape_model::Violation;
@@ -51,18 +51,16 @@ fn registered() -> impl Iterator<Item = Film> {
 fn entries(film: &Film) -> Result<Vec<Entry>, HarnessError> {
     let Variant { label, method } = film.form;
     let mut entries = Vec::new();
-    let mut add = |label: String, settings: &[String]| {
-        let choice = Choice::parse(method, settings)?;
+    let mut add = |label: String, method: &str| {
+        let choice = Choice::parse(method, &[])?;
         entries.push(Entry { label, choice, substeps: film.substeps });
         Ok::<(), HarnessError>(())
     };
-    add(label.to_owned(), &[])?;
-    let insides = methods::runs().flat_map(|(_, runs)| runs.inside);
-    for inside in insides.filter(|inside| inside.label == label) {
+    add(label.to_owned(), method)?;
+    if let Some(inside) = Inside::of(&film.form) {
         let in_one_call = inside.rungs.iter().filter(|(calls, _)| *calls == 1);
-        if let Some((_, value)) = in_one_call.take(2).last() {
-            let setting = inside.setting;
-            add(format!("{label}, {value} {setting}"), &[format!("{setting}={value}")])?;
+        if let Some(&(_, value)) = in_one_call.take(2).last() {
+            add(format!("{label}, {value} {}", inside.setting), &inside.with(method, value))?;
         }
     }
     Ok(entries)
@@ -192,5 +190,17 @@ mod tests {
             assert!(rungs.is_sorted() && rungs[0] <= limit, "{rungs:?}");
             assert!(rungs.last().is_some_and(|most| *most >= 8 * limit), "{rungs:?}");
         }
+    }
+
+    #[test]
+    fn a_sweeping_method_takes_part_with_two_amounts_of_work_and_no_form_twice() {
+        let all = chosen(None).expect("all forms parse");
+        for label in ["xpbd-lines", "xpbd-lines, 6 substeps", "vbd", "vbd, 10 sweeps"] {
+            assert_eq!(all.iter().filter(|entry| entry.label == label).count(), 1, "{label}");
+        }
+        let mut ids: Vec<_> = all.iter().map(|entry| entry.choice.full_id()).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), all.len());
     }
 }

@@ -82,6 +82,25 @@ pub(crate) struct Inside {
     pub(crate) rungs: &'static [(u32, u32)],
 }
 
+impl Inside {
+    /// The setting of a form that fixes the work in a call.
+    pub(crate) fn of(form: &Variant) -> Option<&'static Self> {
+        let runs = super::runs_of(super::parts(form.method).0)?;
+        runs.inside.iter().find(|inside| inside.label == form.label)
+    }
+
+    /// The form with another value of the setting.
+    pub(crate) fn with(&self, method: &str, value: u32) -> String {
+        let (id, settings) = super::parts(method);
+        let is_other =
+            |text: &&str| !text.is_empty() && text.split('=').next() != Some(self.setting);
+        let mut settings: Vec<_> =
+            settings.split(',').filter(is_other).map(str::to_owned).collect();
+        settings.push(format!("{}={value}", self.setting));
+        format!("{id}:{}", settings.join(","))
+    }
+}
+
 /// A form in the study `scaling`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contender {

@@ -23,28 +23,14 @@ pub(super) const FILM: u32 = 24;
 const LADDER: [u32; 3] = [1, 2, 4];
 /// The calls a frame with which a form is tried that stiffness does not limit, cheapest first. The
 /// number is the value of its setting, where a setting fixes the work in a call.
-fn rungs(film: &Film) -> Vec<(u32, Option<(&'static str, u32)>)> {
-    match inside(film) {
-        Some(Inside { setting, rungs, .. }) => {
-            rungs.iter().map(|&(calls, number)| (calls, Some((*setting, number)))).collect()
+fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
+    match Inside::of(&film.form) {
+        Some(inside) => {
+            let rungs = inside.rungs.iter();
+            rungs.map(|&(calls, number)| (calls, Some((inside, number)))).collect()
         }
         None => LADDER.map(|calls| (calls, None)).into(),
     }
-}
-
-/// The setting of a form that fixes the work in a call.
-fn inside(film: &Film) -> Option<&'static Inside> {
-    let runs = methods::runs_of(methods::parts(film.form.method).0)?;
-    runs.inside.iter().find(|inside| inside.label == film.form.label)
-}
-
-/// A form with another value of a setting.
-fn with(method: &str, key: &str, value: u32) -> String {
-    let (id, settings) = methods::parts(method);
-    let is_other = |text: &&str| !text.is_empty() && text.split('=').next() != Some(key);
-    let mut settings: Vec<_> = settings.split(',').filter(is_other).map(str::to_owned).collect();
-    settings.push(format!("{key}={value}"));
-    format!("{id}:{}", settings.join(","))
 }
 
 /// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones.

@@ -1,9 +1,9 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
-use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, first_forms, forms, rungs, with};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, first_forms, forms, rungs};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
-use crate::methods::runs::{Film, Substeps};
+use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
@@ -443,11 +443,11 @@ impl Setting {
         &self,
         film: &Film,
         substeps: u32,
-        inside: Option<(&str, u32)>,
+        inside: Option<(&Inside, u32)>,
     ) -> Result<Run, HarnessError> {
         let method = film.form.method;
         let method =
-            inside.map_or_else(|| method.to_owned(), |(key, value)| with(method, key, value));
+            inside.map_or_else(|| method.to_owned(), |(inside, value)| inside.with(method, value));
         let choice = Choice::parse(&method, &[])?;
         let mut run = Run {
             scene: self.scene.id.clone(),
