@@ -282,7 +282,12 @@ fn figures_name_axes_units_and_every_curve() {
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
     expect(
         "rest-cheapest.svg",
-        &["square table", "locked", "at rest in a worse shape", "on its way at the end"],
+        &[
+            "square table",
+            "locked",
+            "at rest in a shape that is not right",
+            "on its way at the end",
+        ],
     );
     expect("animation-front.svg", &["ms a frame", "error (mm)", "good enough", "the front"]);
     expect(

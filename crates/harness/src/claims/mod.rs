@@ -288,6 +288,21 @@ mod tests {
 
     /// What a claim says that it reads is what decides: without it there is no verdict, or other
     /// readings.
+    /// Whether noise hides every error whose times begin like this.
+    fn is_hidden(numbers: &[Number], read: &str) -> bool {
+        let Some(ground) = read.strip_prefix("time at ").and_then(|r| r.strip_suffix(" for "))
+        else {
+            return false;
+        };
+        let doubt = format!("doubt of the reference at {ground}");
+        let doubt = numbers.iter().find(|number| number.what == doubt).map(|number| number.value);
+        let levels = numbers.iter().filter_map(|number| {
+            number.what.strip_prefix(read)?.split(',').next()?.parse::<f64>().ok()
+        });
+        let greatest = levels.fold(0.0, f64::max);
+        doubt.is_some_and(|doubt| doubt > places::TRUSTED * greatest)
+    }
+
     #[test]
     fn a_claim_without_a_number_that_it_reads_is_undecided_and_names_it() {
         for (claim, row) in all().iter().zip(rows()) {
@@ -298,6 +313,10 @@ mod tests {
                 let rest: Vec<_> = row.numbers.iter().filter(is_other).cloned().collect();
                 assert!(rest.len() < row.numbers.len(), "{}: nothing is “{read}”", claim.id);
                 let judgement = claim.judge(&Evidence::new(&rest));
+                // A contest that noise hides is run, but says nothing.
+                if is_hidden(&row.numbers, read) {
+                    continue;
+                }
                 if judgement.verdict != Ruling::Undecided {
                     let [less, all] =
                         [&rest, &row.numbers].map(|n| claim.readings(&Evidence::new(n)));

@@ -3,7 +3,7 @@
 use super::work::timings_of;
 use super::{CURVES, record};
 use drape_harness::studies::rest::facts::{
-    Accepted, Counters, Facts, Minimum, Motion, Run, Scene, TimingRow,
+    Accepted, Counters, End, Facts, Minimum, Motion, Run, Scene, TimingRow,
 };
 use drape_report::{Record, Timings, Verdict};
 
@@ -27,7 +27,7 @@ pub(crate) fn rest() -> Record<Facts> {
         minima: vec![minimum(2, -1e-3), minimum(5, -9e-4)],
         motions: vec![Motion {
             from: "true motion".to_owned(),
-            ends: vec![(800, Some(-9.5e-4)), (1600, Some(-9.5e-4))],
+            ends: [800, 1600].map(|steps| End { steps, energy_j: Some(-9.5e-4) }).into(),
             is_converged: true,
         }],
         accepted: vec![

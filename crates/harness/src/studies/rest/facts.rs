@@ -78,12 +78,22 @@ pub struct Minimum {
 pub struct Motion {
     /// Its start: that of the runs, or the seed of the noise.
     pub from: String,
-    /// Potential energy of the minimum in which it ends, by the number of steps in 0.1 s, J. `None`
-    /// if it does not come to rest in a minimum in time.
-    pub ends: Vec<(u32, Option<f64>)>,
+    /// Its end for each number of steps.
+    pub ends: Vec<End>,
     /// Whether it is converged: all steps lead to one energy, within the tolerance for a right
     /// shape.
     pub is_converged: bool,
+}
+
+/// The end of a true motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct End {
+    /// Number of steps of the true motion in 0.1 s.
+    pub steps: u32,
+    /// Potential energy of the minimum in which the true motion ends, J. `None` if it does not come
+    /// to rest in a minimum in time.
+    pub energy_j: Option<f64>,
 }
 
 /// A minimum that counts as right.

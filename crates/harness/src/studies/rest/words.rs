@@ -186,7 +186,7 @@ fn several(facts: &Facts) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::facts::{Accepted, Counters, Minimum, Motion};
+    use super::super::facts::{Accepted, Counters, End, Minimum, Motion};
     use super::*;
 
     fn scene() -> Scene {
@@ -207,7 +207,9 @@ mod tests {
             }],
             motions: vec![Motion {
                 from: "true motion".to_owned(),
-                ends: vec![(80, Some(-0.9)), (160, None)],
+                ends: [(80, Some(-0.9)), (160, None)]
+                    .map(|(steps, energy_j)| End { steps, energy_j })
+                    .into(),
                 is_converged: false,
             }],
             accepted: vec![Accepted {

@@ -10,7 +10,9 @@ use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::run::forms;
 use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
-use crate::studies::rest::facts::{Accepted, Minimum, Motion, RIGHT, Run, Scene, THERE, TimingRow};
+use crate::studies::rest::facts::{
+    Accepted, End, Minimum, Motion, RIGHT, Run, Scene, THERE, TimingRow,
+};
 use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
@@ -245,11 +247,11 @@ impl Setting {
         let end = |times: u32| {
             let steps = times * self.scene.limit_steps;
             let shown = self.watch(&choice, start, steps)?;
-            Ok::<_, HarnessError>((steps, self.end(&shown)))
+            Ok::<_, HarnessError>(End { steps, energy_j: self.end(&shown) })
         };
         let ends = FINE.into_iter().map(end).collect::<Result<Vec<_>, _>>()?;
-        let first = ends.first().and_then(|(_, energy)| *energy);
-        let is_converged = ends.iter().all(|(_, energy)| {
+        let first = ends.first().and_then(|end| end.energy_j);
+        let is_converged = ends.iter().all(|End { energy_j: energy, .. }| {
             first.zip(*energy).is_some_and(|(a, b)| self.excess(a, b).abs() <= RIGHT)
         });
         Ok(Motion { from, ends, is_converged })
@@ -275,7 +277,7 @@ impl Setting {
         let known = known.filter(|(energy, _)| self.excess(*energy, least) <= ALIKE);
         let ends = scene.motions.iter().filter(|motion| motion.is_converged).filter_map(|motion| {
             // The shortest step is nearest to the truth.
-            Some((motion.ends.last()?.1?, &motion.from))
+            Some((motion.ends.last()?.energy_j?, &motion.from))
         });
         let mut accepted: Vec<Accepted> = Vec::new();
         for (energy_j, from) in known.chain(ends) {

@@ -88,7 +88,7 @@ fn the_end_of_a_true_motion_is_right_whatever_better_minimum_is_known() {
         .motions
         .iter()
         .filter(|motion| motion.is_converged)
-        .filter_map(|motion| motion.ends.last()?.1)
+        .filter_map(|motion| motion.ends.last()?.energy_j)
         .collect();
     assert!(!ends.is_empty(), "{:?}", setting.scene.motions);
     let film = Film { form: Variant::new("a", "symplectic-euler"), substeps: Substeps::Limit };
