@@ -1,16 +1,21 @@
 //! Numbers on the command line.
 
-/// A number, or a fraction such as 1/60.
+/// Numerator and denominator of a fraction such as 1/60; 1 is the denominator of a number. `None` if
+/// the text is neither.
+pub(crate) fn fraction(text: &str) -> Option<(f64, f64)> {
+    let (a, b) = text.split_once('/').unwrap_or((text, "1"));
+    let one = |text: &str| text.trim().parse::<f64>().ok();
+    one(a).zip(one(b))
+}
+
+/// A number, or the value of a fraction.
 ///
 /// # Errors
 /// What was expected, if the text is neither.
 pub(crate) fn number(text: &str) -> Result<f64, String> {
-    let one = |text: &str| text.trim().parse::<f64>().ok();
-    let value = match text.split_once('/') {
-        Some((a, b)) => one(a).zip(one(b)).map(|(a, b)| a / b),
-        None => one(text),
-    };
-    value.ok_or_else(|| "expected a number, such as 0.01, 1e-3 or 1/60".to_owned())
+    fraction(text)
+        .map(|(a, b)| a / b)
+        .ok_or_else(|| "expected a number, such as 0.01, 1e-3 or 1/60".to_owned())
 }
 
 #[cfg(test)]

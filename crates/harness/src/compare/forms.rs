@@ -57,7 +57,7 @@ fn entries(film: &Film) -> Result<Vec<Entry>, HarnessError> {
         Ok::<(), HarnessError>(())
     };
     add(label.to_owned(), method)?;
-    if let Some(inside) = Inside::of(&film.form) {
+    if let Some(inside) = Inside::of(method, label) {
         let in_one_call = inside.rungs.iter().filter(|(calls, _)| *calls == 1);
         if let Some(&(_, value)) = in_one_call.take(2).last() {
             add(format!("{label}, {value} {}", inside.setting), &inside.with(method, value))?;

@@ -83,10 +83,10 @@ pub(crate) struct Inside {
 }
 
 impl Inside {
-    /// The setting of a form that fixes the work in a call.
-    pub(crate) fn of(form: &Variant) -> Option<&'static Self> {
-        let runs = super::runs_of(super::parts(form.method).0)?;
-        runs.inside.iter().find(|inside| inside.label == form.label)
+    /// The setting that fixes the work in a call of the method's form of this label.
+    pub(crate) fn of(method: &str, label: &str) -> Option<&'static Self> {
+        let runs = super::runs_of(super::parts(method).0)?;
+        runs.inside.iter().find(|inside| inside.label == label)
     }
 
     /// The form with another value of the setting.

@@ -143,10 +143,7 @@ fn a_gust_is_followed_with_the_full_order() {
         adaptive(&system, &start, 0.25, settings).expect("smooth")
     };
     let (rough, fine, finest) = (run(1e-6), run(1e-9), run(1e-12));
-    let error = |run: &AdaptiveRun| {
-        let pairs = run.state.x.iter().zip(&finest.state.x);
-        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-    };
+    let error = |run: &AdaptiveRun| crate::apart(&run.state.x, &finest.state.x);
     assert!(error(&rough) < 1e-5 && error(&fine) < 1e-8, "{} {}", error(&rough), error(&fine));
     assert!(finest.steps < 500, "{} steps", finest.steps);
 }

@@ -3,7 +3,7 @@
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
-use crate::cli::number::number;
+use crate::cli::number::{fraction, number};
 use crate::cli::output::{Sink, check_folder, print};
 use crate::cli::progress::Clock as Progress;
 use drape_harness::compare::facts::{End, Facts, Metric};
@@ -249,11 +249,7 @@ fn refusal(key: &str, value: &str, expected: &str) -> Violation {
 
 /// Frames a second, from the length of one.
 fn rate(text: &str) -> Result<f64, Violation> {
-    let rate = match text.split_once('/') {
-        // One rounding instead of two.
-        Some((a, b)) => number(&format!("{b}/{a}")).ok(),
-        None => number(text).ok().map(|length| 1.0 / length),
-    };
+    let rate = fraction(text).map(|(a, b)| b / a);
     let expected = "a length in seconds above 0, as a number or a fraction such as 1/60";
     rate.filter(|rate| *rate > 0.0 && rate.is_finite())
         .ok_or_else(|| refusal("--frame", text, expected))

@@ -1,6 +1,6 @@
 //! Records of the experiment `animation`: what a frame costs that is good enough.
 
-use crate::methods;
+use crate::methods::runs::Inside;
 pub use crate::studies::filmed::Counters;
 use drape_report::Verdict;
 use schemars::JsonSchema;
@@ -188,9 +188,7 @@ impl Run {
 
     /// The parts of a call: their number and what they are. `None` if a call is one step.
     pub fn parts(&self, scene: &Scene) -> Option<(u32, &'static str)> {
-        let id = self.method.split(':').next().unwrap_or_default();
-        let forms = methods::runs_of(id).map_or(&[][..], |runs| runs.inside);
-        if let Some(form) = forms.iter().find(|form| form.label == self.label) {
+        if let Some(form) = Inside::of(&self.method, &self.label) {
             let settings = self.method.split([':', ',']);
             let mut values = settings.filter_map(|text| text.split_once('='));
             let value = values.find(|(key, _)| *key == form.setting)?.1;

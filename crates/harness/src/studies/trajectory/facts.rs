@@ -17,7 +17,8 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One row for each scene and form of a method. [`Run::error`] is the error of the trajectory.
     pub rows: Vec<Row>,
-    /// The cheapest run without a flaw by modelled time, for each scene and each error that its noise lets rank.
+    /// The cheapest run without a flaw by modelled time, for each scene and each error that its noise
+    /// lets rank.
     pub winners: Vec<Winner>,
 }
 

@@ -4,7 +4,7 @@ use super::facts::{Beside, Facts, Kind, LEVELS, Row, Run, Scene, Winner, tally};
 use super::words::{cheapest, counted, frequent, id, runs, winner};
 use crate::families::looks;
 use crate::studies::tiles::{legend_of_winners, signs_of_winners, told};
-use crate::studies::work_precision::plates::{FRONT, MODELLED, mark, tile, told_winner};
+use crate::studies::work_precision::plates::{FRONT, MODELLED, curve, mark, tile, told_winner};
 use drape_report::number::{percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -171,10 +171,6 @@ fn named<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Row, Look)> {
     let rows: Vec<_> = own.collect();
     let methods: Vec<_> = rows.iter().map(|row| row.method.as_str()).collect();
     rows.into_iter().zip(looks(&methods)).collect()
-}
-
-fn curve(label: &str, look: Look, points: Vec<Point>) -> Option<Series> {
-    Series::path(label.to_owned(), look, points)
 }
 
 /// A run in a figure of modelled time.
@@ -367,7 +363,8 @@ fn cheapest_runs(input: &Input) -> Table {
     Table {
         title: "**Cheapest by modelled time**: the form with the least time for an error of the \
                 trajectory, its energy at the end beyond the true one, its motion kept (R), and \
-                the next other method with its time over that. Below a factor of 2 it is a tie. –: no run within the budget reaches this error."
+                the next other method with its time over that. Below a factor of 2 it is a tie. \
+                –: no run within the budget reaches this error."
             .to_owned(),
         header: std::iter::once("sheet".to_owned()).chain(heading).collect(),
         names: 1,

@@ -152,7 +152,7 @@ fn points(input: &Input, row: &Row, cost: Cost) -> Vec<Point> {
 }
 
 /// A curve from the coarsest run to the finest. Its cost need not rise.
-fn curve(label: &str, look: Look, points: Vec<Point>) -> Option<Series> {
+pub(in crate::studies) fn curve(label: &str, look: Look, points: Vec<Point>) -> Option<Series> {
     Series::path(label.to_owned(), look, points)
 }
 

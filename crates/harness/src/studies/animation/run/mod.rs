@@ -24,7 +24,7 @@ const LADDER: [u32; 3] = [1, 2, 4];
 /// The calls a frame with which a form is tried that stiffness does not limit, cheapest first. The
 /// number is the value of its setting, where a setting fixes the work in a call.
 fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
-    match Inside::of(&film.form) {
+    match Inside::of(film.form.method, film.form.label) {
         Some(inside) => {
             let rungs = inside.rungs.iter();
             rungs.map(|&(calls, number)| (calls, Some((inside, number)))).collect()

@@ -76,7 +76,8 @@ const METHOD: &str = "\
     5.4 rad/s, or is spread between four pinned corners. Shear springs have a quarter of the \
     stiffness and a tenth of the damping of tension springs; damping is full. Light damping is d/m \
     = 10 s⁻¹, heavy damping d/m = √(k/m): both are the same at k/m = 100 s⁻². The sheet has 20 × \
-    20 particles, 10 × 10 at k/m = 10¹⁰ s⁻²; two series vary the size at fixed k/m and at fixed material. The error is ‖x − \
+    20 particles, 10 × 10 at k/m = 10¹⁰ s⁻²; two series vary the size at fixed k/m and at fixed \
+    material. The error is ‖x − \
     x_ref‖/‖x_ref − x₀‖ at the end, mass-weighted. The reference is DOP853 (adaptive, order 8) at \
     tolerance 10⁻¹⁰; its own error is the distance from a run at 10⁻⁹. Methods take T/2ʲ as their \
     step until the error is below 10⁻⁵ or the run exceeds the budget of its scene. Implicit \

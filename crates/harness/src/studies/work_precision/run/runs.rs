@@ -49,7 +49,8 @@ pub(super) struct Timed {
 
 impl Setting {
     /// All runs of a variant, coarsest first. They end when the error of a run without a flaw is
-    /// small enough or the budget is spent, and before a run that is expected to take more than `limit` visits of a spring.
+    /// small enough or the budget is spent, and before a run that is expected to take more than
+    /// `limit` visits of a spring.
     pub(in crate::studies) fn row(
         &self,
         variant: &Variant,
