@@ -93,9 +93,10 @@ pub struct IncrementalPotential {
 
 /// Whether no damping of the implicit effects has directions, so that they share sweeps.
 fn share_sweeps(implicit: Implicit, system: &System) -> bool {
+    let shares = |effect: &dyn Effect| effect.pass(system.mass(), Part::Damping).is_some();
     implicit
         .effects(system)
-        .all(|effect| !effect.has_damping() || effect.pass(system.mass(), Part::Damping).is_some())
+        .all(|effect| !effect.has_damping() || (shares(effect) && !effect.has_damping_turn()))
 }
 
 /// Force and damping of the implicit effects, effect by effect.

@@ -41,7 +41,8 @@ impl Workspace {
         let zeros = || vec![Vec3::zeros(); system.len()];
         let stages = settings.tableau.coefficients().rows.len();
         let lags = |effect: &dyn Effect| {
-            effect.has_damping() && effect.pass(system.mass(), Part::Damping).is_none()
+            let shares = effect.pass(system.mass(), Part::Damping).is_some();
+            effect.has_damping() && (!shares || effect.has_damping_turn())
         };
         let is_low = settings.tableau.order() == Order::Two;
         let passes = if is_low || !system.effects().any(lags) { 1 } else { 2 };

@@ -33,11 +33,13 @@
 #[cfg(target_arch = "x86_64")]
 mod registers;
 
-use super::COLLAPSED;
 use super::listed::Listed;
 use super::sweep::{Begin, Law, Pass};
+use super::{COLLAPSED, projected};
 use crate::Vec3;
-use drape_kernels::lanes::Lanes as Quad;
+use drape_kernels::lanes::{Four, Lanes as Quad, Plain};
+use drape_kernels::triples::{Triple, Triples as _};
+use drape_kernels::vector::SLOTS;
 
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
@@ -90,6 +92,9 @@ trait Kernel: Copy {
         v: &[Quad],
         sums: &mut [Quad],
     );
+
+    /// Adds projected damping, `−c û û·(v_i − v_j)`, of each spring.
+    fn add_along(self, list: &Listed, x: &[Quad], v: &[Quad], sums: &mut [Quad]);
 }
 
 /// In batches that are kept in arrays, for any processor.
@@ -136,6 +141,7 @@ impl<K: Kernel> pulp::WithSimd for Batches<'_, K> {
                         }
                         Law::Linear => add_weighted(list, &list.stiffness, x4, sums),
                         Law::Damping => add_weighted(list, &list.damping, v4, sums),
+                        Law::Projected => kernel.add_along(list, x4, v4, sums),
                     }
                 }
                 Pass::Field(field) => {
@@ -213,6 +219,80 @@ impl Kernel for InArrays {
             }
         }
     }
+
+    #[inline(always)]
+    fn add_along(self, list: &Listed, x: &[Quad], v: &[Quad], sums: &mut [Quad]) {
+        add_along(Plain, list, x, v, sums);
+    }
+}
+
+/// Projected damping of four springs at a time, and of the rest one by one.
+#[inline(always)]
+fn add_along<F: Four>(four: F, list: &Listed, x: &[Quad], v: &[Quad], sums: &mut [Quad]) {
+    // One check of a particle's index serves all vectors.
+    let n = x.len();
+    let (v, sums) = (&v[..n], &mut sums[..n]);
+    let whole = list.ends.len() / SLOTS * SLOTS;
+    let parameters = list.rest_length.as_chunks::<SLOTS>().0.iter().zip(list.damping.as_chunks().0);
+    for (ends, (rest, damping)) in list.ends.as_chunks::<SLOTS>().0.iter().zip(parameters) {
+        let (d, w) = (differences(four, x, ends), differences(four, v, ends));
+        let [x, y, z] = along(four, four.load(*rest), four.load(*damping), d, w);
+        let [a, b, c, d] = four.transpose([x, y, z, four.splat(0.0)]);
+        add_at_ends(four, sums, ends[0], a);
+        add_at_ends(four, sums, ends[1], b);
+        add_at_ends(four, sums, ends[2], c);
+        add_at_ends(four, sums, ends[3], d);
+    }
+    for t in whole..list.ends.len() {
+        let [i, j] = list.ends[t].map(|end| end as usize);
+        let (d, w) = (minus(&x[i], &x[j]), minus(&v[i], &v[j]));
+        let (d, w) = (Vec3::new(d[0], d[1], d[2]), Vec3::new(w[0], w[1], w[2]));
+        let f = projected(list.rest_length[t], list.damping[t], d, w);
+        add_to_ends(sums, list.ends[t], &[f.x, f.y, f.z, 0.0]);
+    }
+}
+
+/// The differences of the ends of four springs, coordinate by coordinate.
+// Closures and `map` would not be compiled for the registers.
+#[inline(always)]
+fn differences<F: Four>(four: F, from: &[Quad], [a, b, c, d]: &[[u32; 2]; SLOTS]) -> Triple<F> {
+    let [a, b] = [difference(four, from, *a), difference(four, from, *b)];
+    let [c, d] = [difference(four, from, *c), difference(four, from, *d)];
+    let [x, y, z, _] = four.transpose([a, b, c, d]);
+    [x, y, z]
+}
+
+#[inline(always)]
+fn difference<F: Four>(four: F, from: &[Quad], [i, j]: [u32; 2]) -> F::Numbers {
+    four.sub(four.load(from[i as usize]), four.load(from[j as usize]))
+}
+
+/// Adds `−f` to the first end, and `f` to the other.
+#[inline(always)]
+fn add_at_ends<F: Four>(four: F, sums: &mut [Quad], [i, j]: [u32; 2], f: F::Numbers) {
+    sums[i as usize] = four.store(four.sub(four.load(sums[i as usize]), f));
+    sums[j as usize] = four.store(four.add(four.load(sums[j as usize]), f));
+}
+
+/// `c û û·w` of four springs with the differences `d` and `w` of their ends.
+#[inline(always)]
+fn along<F: Four>(
+    four: F,
+    rest: F::Numbers,
+    damping: F::Numbers,
+    d: Triple<F>,
+    w: Triple<F>,
+) -> Triple<F> {
+    let length = four.sqrt(four.dot(d, d));
+    let collapsed = four.mul(four.splat(COLLAPSED), rest);
+    let zero = four.splat(0.0);
+    let mut u = four.over(d, length);
+    for u in &mut u {
+        *u = four.where_at_most(length, collapsed, zero, *u);
+        // A length that is no number has no direction.
+        *u = four.where_at_most(length, four.splat(f64::INFINITY), *u, zero);
+    }
+    four.times(u, four.mul(damping, four.dot(u, w)))
 }
 
 /// Adds the force of one spring.
@@ -309,7 +389,7 @@ mod tests {
                 })
                 .collect();
             let list = Listed::new(&springs);
-            for law in [Law::Spring, Law::DampedSpring, Law::Nonlinear, Law::Linear, Law::Damping] {
+            for law in Law::ALL {
                 let Some([in_arrays, in_registers]) = both(&list, law, n as usize) else { return };
                 assert_same_bits((count, law), &in_arrays, &in_registers);
             }

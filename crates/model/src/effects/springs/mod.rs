@@ -2,7 +2,7 @@
 //!
 //! This module holds the reference form of the formulas: loops over the springs, one after another.
 //! A step runs one of two fast kernels with the same bits: [`sweep`] if the springs lie along few
-//! diagonals, as on regular grids, and [`batch`] otherwise. Projected damping uses [`quartets`].
+//! diagonals, as on regular grids, and [`batch`] otherwise.
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
@@ -21,12 +21,9 @@ mod tests;
 use self::batch::Quads;
 use self::diagonals::Diagonals;
 use self::listed::Listed;
-use self::quartets::{Kernel, Quartet};
 use self::sweep::{Begin, Law, ListedSprings, Pass, Springs, Windows};
 use super::{BlockSink, Effect, EffectKind, LinearSplit, Part, Tangent, TensionVisitor};
 use crate::{DampingLaw, Level, Mat3, SpringEffect, SpringSpec, SystemSpec, Vec3};
-use drape_kernels::lanes::Four;
-use drape_kernels::triples::{Triple, Triples};
 use std::sync::Mutex;
 
 /// A spring shorter than this fraction of its rest length has no direction: `û = 0`. The zero
@@ -62,9 +59,7 @@ impl Spring {
     /// `d = x_i − x_j` and the direction `û = d/L`, which is 0 for a collapsed spring.
     fn direction(&self, x: &[Vec3]) -> Vec3 {
         let (i, j) = self.ends();
-        let d = x[i] - x[j];
-        let length = d.norm();
-        if length > COLLAPSED * self.rest_length { d / length } else { Vec3::zeros() }
+        direction(self.rest_length, x[i] - x[j])
     }
 }
 
@@ -154,8 +149,8 @@ impl LinearSprings {
         }
     }
 
-    /// The law of a part of the forces. Absent damping has none, nor has projected damping, which
-    /// turns with the springs.
+    /// The law of a part of the forces. Absent damping has none, nor have force and projected
+    /// damping as one.
     fn law(&self, part: Part) -> Option<Law> {
         match (part, self.damping) {
             (Part::All, Some(DampingLaw::Full)) => Some(Law::DampedSpring),
@@ -165,7 +160,8 @@ impl LinearSprings {
             (Part::Damping, Some(DampingLaw::Full)) | (Part::LinearDamping, _) => {
                 Some(Law::Damping)
             }
-            (Part::All, Some(DampingLaw::Projected)) | (Part::Damping, _) => None,
+            (Part::Damping, Some(DampingLaw::Projected)) => Some(Law::Projected),
+            (Part::All, Some(DampingLaw::Projected)) | (Part::Damping, None) => None,
         }
     }
 
@@ -195,6 +191,7 @@ impl LinearSprings {
                 Law::Spring | Law::Nonlinear | Law::Linear => stretch(),
                 Law::DampedSpring => stretch() + damping(),
                 Law::Damping => damping(),
+                Law::Projected => projected(s.rest_length, s.damping, x[i] - x[j], v[i] - v[j]),
             };
             out[i] -= f;
             out[j] += f;
@@ -202,34 +199,16 @@ impl LinearSprings {
     }
 }
 
-/// Projected damping: `c ûûᵀ(v_i − v_j)`.
-struct Along<'a> {
-    x: &'a [Vec3],
-    v: &'a [Vec3],
+/// `d/L`, which is 0 for a collapsed spring.
+fn direction(rest_length: f64, d: Vec3) -> Vec3 {
+    let length = d.norm();
+    if length > COLLAPSED * rest_length { d / length } else { Vec3::zeros() }
 }
 
-impl Kernel for Along<'_> {
-    fn one(&self, spring: &Spring, _place: usize) -> Vec3 {
-        let (i, j) = spring.ends();
-        let u = spring.direction(self.x);
-        u * (spring.damping * u.dot(&(self.v[i] - self.v[j])))
-    }
-
-    #[inline(always)]
-    fn four<F: Four>(&self, four: F, springs: &Quartet, _place: usize) -> Option<Triple<F>> {
-        let d = springs.difference(four, self.x);
-        let length = four.sqrt(four.dot(d, d));
-        let collapsed = four.mul(four.splat(COLLAPSED), four.load(springs.rest));
-        let zero = four.splat(0.0);
-        let mut u = four.over(d, length);
-        for u in &mut u {
-            *u = four.where_at_most(length, collapsed, zero, *u);
-            // A length that is no number has no direction.
-            *u = four.where_at_most(length, four.splat(f64::INFINITY), *u, zero);
-        }
-        let rate = springs.difference(four, self.v);
-        Some(four.times(u, four.mul(four.load(springs.damping), four.dot(u, rate))))
-    }
+/// Projected damping, `c ûûᵀw`, of a spring with the differences `d` and `w` of its ends.
+fn projected(rest_length: f64, damping: f64, d: Vec3, w: Vec3) -> Vec3 {
+    let u = direction(rest_length, d);
+    u * (damping * u.dot(&w))
 }
 
 impl Effect for LinearSprings {
@@ -280,9 +259,7 @@ impl Effect for LinearSprings {
         match self.damping {
             None => {}
             Some(DampingLaw::Full) => self.add(Law::Damping, x, v, out),
-            Some(DampingLaw::Projected) => {
-                quartets::add(|visit| self.each(visit), &Along { x, v }, out);
-            }
+            Some(DampingLaw::Projected) => self.add(Law::Projected, x, v, out),
         }
     }
 

@@ -5,7 +5,7 @@
 //! The sweep reads positions and velocities into one array per coordinate, so that eight particles
 //! fill a vector register. For each vector of particles it computes and keeps the forces of all
 //! springs to later particles: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
-//! `c (v_i − v_{i+o})` with full damping. Some vectors later it adds the kept forces to each
+//! `c (v_i − v_{i+o})` with full damping, or projected damping alone. Some vectors later it adds the kept forces to each
 //! particle: `+f_{i−o}` of springs from earlier particles, `−f_i` of its own. Where a place along a
 //! diagonal has no spring, it overwrites the force by 0, which changes no sum.
 //!
@@ -77,7 +77,7 @@ pub(crate) const MAX_PASSES: usize = 4;
 /// Most particles that a sweep computes, then gathers, at a time.
 pub(super) const GROUP: usize = 128;
 
-/// The force of a spring: `−g (x_i − x_j)` with the factor `g`, `−c (v_i − v_j)`, or their sum.
+/// The force of a spring: `−g (x_i − x_j)` with the factor `g`, a damping force, or their sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Law {
     /// `g = k (1 − ℓ/L)`: the force of the spring, EEH (11).
@@ -90,9 +90,22 @@ pub(crate) enum Law {
     Linear,
     /// The full damping alone.
     Damping,
+    /// Projected damping alone: `−c ûûᵀ(v_i − v_j)`.
+    Projected,
 }
 
 impl Law {
+    /// All laws.
+    #[cfg(test)]
+    pub(super) const ALL: [Self; 6] = [
+        Self::Spring,
+        Self::DampedSpring,
+        Self::Nonlinear,
+        Self::Linear,
+        Self::Damping,
+        Self::Projected,
+    ];
+
     /// `g` for a spring of stiffness `k` with the quotient `ℓ/L`, N/m.
     #[inline(always)]
     pub(crate) fn stiffness(self, k: f64, rest_over_length: f64) -> f64 {
@@ -100,14 +113,14 @@ impl Law {
             Self::Spring | Self::DampedSpring => k * (1.0 - rest_over_length),
             Self::Nonlinear => -(k * rest_over_length),
             Self::Linear => k,
-            Self::Damping => 0.0,
+            Self::Damping | Self::Projected => 0.0,
         }
     }
 
     /// Whether velocities matter.
     #[inline(always)]
     pub(crate) fn is_damped(self) -> bool {
-        matches!(self, Self::DampedSpring | Self::Damping)
+        matches!(self, Self::DampedSpring | Self::Damping | Self::Projected)
     }
 }
 

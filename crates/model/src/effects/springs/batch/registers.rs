@@ -5,10 +5,11 @@
 //! over its difference. A damped spring takes 27 instructions instead of 50. While the processor
 //! computes four square roots and quotients, the sums of the four springs before are under way.
 
-use super::{COLLAPSED, Kernel, Quad, add_one};
+use super::{COLLAPSED, Kernel, Quad, add_along, add_one};
 use crate::effects::springs::listed::Listed;
 use crate::effects::springs::sweep::Law;
 use core::arch::x86_64::{__m256d, _CMP_GT_OQ};
+use drape_kernels::lanes::Wide;
 use pulp::cast;
 use pulp::x86::V3;
 
@@ -56,6 +57,11 @@ impl Kernel for V3 {
         for t in whole..list.ends.len() {
             add_one::<DAMPED>(list, t, law, x, v, sums);
         }
+    }
+
+    #[inline(always)]
+    fn add_along(self, list: &Listed, x: &[Quad], v: &[Quad], sums: &mut [Quad]) {
+        add_along(Wide(self), list, x, v, sums);
     }
 }
 

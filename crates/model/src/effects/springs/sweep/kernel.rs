@@ -172,6 +172,9 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
             let f = match row.law {
                 Law::Linear => times(simd, from_fn(difference), row.stiffness),
                 Law::Damping => times(simd, from_fn(|axis| difference(3 + axis)), row.damping),
+                Law::Projected => {
+                    along(simd, row, from_fn(difference), from_fn(|axis| difference(3 + axis)))
+                }
                 Law::Spring | Law::Nonlinear => force(simd, row, from_fn(difference)),
                 Law::DampedSpring => {
                     let force = force(simd, row, from_fn(difference));
@@ -266,6 +269,21 @@ fn force<S: Simd>(simd: S, row: &Row<'_>, d: [S::f64s; 3]) -> [S::f64s; 3] {
         simd.mul_f64s(k, simd.sub_f64s(simd.splat_f64s(1.0), quotient))
     };
     d.map(|d| simd.mul_f64s(d, g))
+}
+
+/// `c û (û·w)` of springs with the differences `d` and `w` of their ends' positions and velocities.
+#[inline(always)]
+fn along<S: Simd>(simd: S, row: &Row<'_>, d: [S::f64s; 3], w: [S::f64s; 3]) -> [S::f64s; 3] {
+    let dot = |[a, b, c]: [S::f64s; 3], [d, e, f]: [S::f64s; 3]| {
+        let plane = simd.add_f64s(simd.mul_f64s(a, d), simd.mul_f64s(b, e));
+        simd.add_f64s(plane, simd.mul_f64s(c, f))
+    };
+    let length = simd.sqrt_f64s(dot(d, d));
+    let is_long = simd.greater_than_f64s(length, simd.splat_f64s(COLLAPSED * row.rest_length));
+    let zero = simd.splat_f64s(0.0);
+    let u = d.map(|d| simd.select_f64s(is_long, simd.div_f64s(d, length), zero));
+    let rate = simd.mul_f64s(simd.splat_f64s(row.damping), dot(u, w));
+    u.map(|u| simd.mul_f64s(u, rate))
 }
 
 /// `w d`.
