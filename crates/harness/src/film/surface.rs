@@ -9,11 +9,25 @@ pub(super) struct Surface<'a> {
     triangles: &'a [[u32; 3]],
     /// Coordinate along which the triangles are sorted.
     axis: usize,
-    /// Middle along the axis, m, and number of each triangle; the middles rise.
-    sorted: Vec<(f64, u32)>,
+    /// The triangles; their middles along the axis rise.
+    sorted: Vec<Ball>,
     /// Greatest distance along the axis from a triangle's middle to its corners, m.
     reach: f64,
 }
+
+/// A triangle and a ball that holds it.
+#[derive(Debug)]
+struct Ball {
+    /// Middle of the triangle along the axis, m.
+    along: f64,
+    centre: Vec3,
+    /// A little more than the distance of the corners from the centre, m.
+    radius: f64,
+    number: u32,
+}
+
+/// Share by which a ball is larger than it has to be, so that rounding leaves out no triangle.
+const SLACK: f64 = 1e-6;
 
 impl<'a> Surface<'a> {
     pub(super) fn new(x: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Self {
@@ -25,9 +39,14 @@ impl<'a> Surface<'a> {
             (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best });
         let along = |corner: u32| x[corner as usize][axis];
         let middle = |t: &[u32; 3]| t.iter().map(|&corner| along(corner)).sum::<f64>() / 3.0;
-        let mut sorted: Vec<_> =
-            triangles.iter().enumerate().map(|(n, t)| (middle(t), n as u32)).collect();
-        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let ball = |(n, t): (usize, &[u32; 3])| {
+            let corners = t.map(|corner| x[corner as usize]);
+            let centre = corners.iter().sum::<Vec3>() / 3.0;
+            let radius = corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
+            Ball { along: middle(t), centre, radius: radius * (1.0 + SLACK), number: n as u32 }
+        };
+        let mut sorted: Vec<_> = triangles.iter().enumerate().map(ball).collect();
+        sorted.sort_unstable_by(|a, b| a.along.total_cmp(&b.along).then(a.number.cmp(&b.number)));
         let off = |t: &[u32; 3]| {
             t.iter().map(|&corner| (along(corner) - middle(t)).abs()).fold(0.0, f64::max)
         };
@@ -39,15 +58,24 @@ impl<'a> Surface<'a> {
     /// close.
     fn distance(&self, point: &Vec3, near: usize) -> f64 {
         let mut best = (point - self.x[near]).norm_squared();
+        let mut least = best.sqrt() * (1.0 + SLACK);
         let place = point[self.axis];
-        let start = self.sorted.partition_point(|(middle, _)| *middle < place);
-        let mut look = |&(middle, number): &(f64, u32)| {
-            let gap = (middle - place).abs() - self.reach;
+        let start = self.sorted.partition_point(|ball| ball.along < place);
+        let mut look = |ball: &Ball| {
+            let gap = (ball.along - place).abs() - self.reach;
             if gap > 0.0 && gap * gap > best {
                 return false;
             }
-            let [a, b, c] = self.triangles[number as usize].map(|corner| self.x[corner as usize]);
-            best = best.min((point - nearest(point, a, b, c)).norm_squared());
+            let far = ball.radius + least;
+            if (point - ball.centre).norm_squared() > far * far {
+                return true;
+            }
+            let corners = self.triangles[ball.number as usize];
+            let [a, b, c] = corners.map(|corner| self.x[corner as usize]);
+            let square = (point - nearest(point, a, b, c)).norm_squared();
+            if square < best {
+                (best, least) = (square, square.sqrt() * (1.0 + SLACK));
+            }
             true
         };
         let _above = self.sorted[start..].iter().all(&mut look);

@@ -52,6 +52,21 @@ pub(crate) trait Element: Copy + Debug + Send + Sync + 'static {
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize));
     /// Adds `scale · (−∂f/∂x)`, N/m.
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink);
+
+    /// Force on the particle at a place, N, and its diagonal block of `−∂f/∂x`, N/m,
+    /// [projected](Tangent::Projected), of an element whose particles are `0..` in their order.
+    fn local(&self, place: usize, x: &[Vec3; MOST]) -> (Vec3, Mat3) {
+        whole(self, place, x)
+    }
+}
+
+/// As [`Element::local`], from all forces and blocks of the element.
+pub(super) fn whole<E: Element>(element: &E, place: usize, x: &[Vec3; MOST]) -> (Vec3, Mat3) {
+    let mut force = [Vec3::zeros(); MOST];
+    element.add_force(x, &mut force);
+    let mut sink = OneBlock { place, block: Mat3::zeros() };
+    element.add_stiffness(x, 1.0, Tangent::Projected, &mut sink);
+    (force[place], sink.block)
 }
 
 /// How far an angle of three or four particles is from its angle at rest.
@@ -264,18 +279,15 @@ impl<E: Element> Stencils for Elements<E> {
         }
     }
 
-    /// Evaluates the whole element on copies of its particles, and keeps the part of one of them.
+    /// Evaluates the element on copies of its particles.
     fn local(&self, stencil: usize, place: usize, x: &[Vec3]) -> (Vec3, Mat3) {
         let mut element = self.list[stencil];
-        let (mut near, mut force) = ([Vec3::zeros(); MOST], [Vec3::zeros(); MOST]);
+        let mut near = [Vec3::zeros(); MOST];
         for ((slot, own), (_, particle)) in near.iter_mut().zip(0..).zip(element.particles()) {
             *slot = x[*particle as usize];
             *particle = own;
         }
-        element.add_force(&near, &mut force);
-        let mut sink = OneBlock { place, block: Mat3::zeros() };
-        element.add_stiffness(&near, 1.0, Tangent::Projected, &mut sink);
-        (force[place], sink.block)
+        element.local(place, &near)
     }
 
     fn turn(&self, place: usize, x: &[Vec3; 4]) -> Option<Turn> {

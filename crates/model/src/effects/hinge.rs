@@ -341,7 +341,39 @@ impl Element for HingeSpec {
         sink.add_general_pair(l, i, &(qq + pq.transpose() + qe));
         sink.add_general_pair(j, i, &(ee + pe.transpose() + qe.transpose()));
     }
+
+    /// Takes angle and gradient once, and only the blocks that the particle's own block adds up.
+    fn local(&self, place: usize, x: &[Vec3; 4]) -> (Vec3, Mat3) {
+        let Some(fold) = Fold::new(*x) else { return (Vec3::zeros(), Mat3::zeros()) };
+        let [gp, gq, ge] = fold.gradient();
+        let moment = -self.stiffness_n_m * self.excess(&fold);
+        let [fp, fq, fe] = [gp, gq, ge].map(|gradient| gradient * moment);
+        let outer = |a: &Vec3, b: &Vec3| a * b.transpose() * self.stiffness_n_m;
+        let (pq, pe, qe) = (outer(&gp, &gq), outer(&gp, &ge), outer(&gq, &ge));
+        let to_i = |of: usize| match of {
+            K => outer(&gp, &gp) + pq + pe,
+            L => outer(&gq, &gq) + pq.transpose() + qe,
+            _ => outer(&ge, &ge) + pe.transpose() + qe.transpose(),
+        };
+        // The order of the sums is that of the pairs in `add_stiffness`.
+        let zero = Mat3::zeros();
+        let (force, block) = match place {
+            K => (fp, zero + -pq + -pe + to_i(K)),
+            L => (fq, zero + (-pq).transpose() + -qe + to_i(L)),
+            J => (fe, zero + (-pe).transpose() + (-qe).transpose() + to_i(J)),
+            _ => {
+                let blocks = [K, L, J].map(|of| to_i(of).transpose());
+                (-(fp + fq + fe), zero + blocks[0] + blocks[1] + blocks[2])
+            }
+        };
+        (Vec3::zeros() + force, block)
+    }
 }
+
+/// Places of `j`, `k` and `l` among the particles of a hinge.
+const J: usize = 1;
+const K: usize = 2;
+const L: usize = 3;
 
 /// The effect of all hinges.
 pub(crate) struct Entry;
@@ -395,7 +427,32 @@ pub(crate) fn hinges(
 mod tests {
     use super::super::elements::tests::{compare, positions, sheet};
     use super::*;
-    use drape_kernels::testing::Random;
+    use drape_kernels::testing::{Random, assert_same_bits};
+
+    #[test]
+    fn the_part_of_one_particle_has_the_bits_of_the_whole_hinge() {
+        let mut random = Random::new(9);
+        let hinge = HingeSpec { i: 0, j: 1, k: 2, l: 3, rest_rad: 0.2, stiffness_n_m: 0.7 };
+        let mut folds = 0;
+        for x in (0..20).flat_map(|_| positions(&mut random, 4)) {
+            let x: [Vec3; 4] = x[..].try_into().unwrap();
+            folds += usize::from(Fold::new(x).is_some());
+            for place in 0..4 {
+                let (force, block) = hinge.local(place, &x);
+                let (expected, expected_block) = elements::whole(&hinge, place, &x);
+                let numbers = |force: &Vec3, block: &Mat3| -> Vec<f64> {
+                    let number = |a: &f64| if a.is_nan() { f64::NAN } else { *a };
+                    force.iter().chain(block.iter()).map(number).collect()
+                };
+                assert_same_bits(
+                    (place, x),
+                    &numbers(&expected, &expected_block),
+                    &numbers(&force, &block),
+                );
+            }
+        }
+        assert!(folds > 20, "{folds}");
+    }
 
     #[test]
     fn four_hinges_at_a_time_give_the_bits_of_one_after_the_other() {

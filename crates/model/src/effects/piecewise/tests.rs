@@ -476,12 +476,8 @@ fn four_curves_at_a_time_give_the_bits_of_one_after_the_other() {
 /// Curves without buckling are taken four at a time.
 #[test]
 fn only_springs_that_buckle_take_the_readable_form() {
-    let quartet = Quartet {
-        ends: [[0, 1, 2, 3], [1, 2, 3, 0]],
-        rest: [REST; 4],
-        stiffness: [1.0; 4],
-        damping: [0.0; 4],
-    };
+    let quartet =
+        Quartet { ends: [[0, 1, 2, 3], [1, 2, 3, 0]], rest: [REST; 4], stiffness: [1.0; 4] };
     let x = Random::new(1).vectors(4);
     for (law_of, is_fast) in [([0, 1, 0, 1], true), ([0, 1, 2, 1], false)] {
         let springs = (0..4).map(|i| Spring {

@@ -232,6 +232,28 @@ fn sheets_longer_than_a_window_and_wider_than_a_group_give_the_same_bits() {
 }
 
 #[test]
+fn sheets_with_half_springs_at_the_border_give_the_same_bits() {
+    for (rows, columns) in [(9, 12), (31, 140)] {
+        let keys = r#""damping": "full","#;
+        let mut spec = tests::sheet(rows, columns, &tests::effects(0.4), keys);
+        let (last, columns) = (rows as u32 - 1, columns as u32);
+        for s in &mut spec.springs {
+            let is_border = |end: u32| [0, last].contains(&(end / columns));
+            if is_border(s.i) && is_border(s.j) {
+                s.stiffness_n_per_m *= 0.5;
+                s.damping_n_s_per_m *= 0.5;
+            }
+        }
+        let (system, mut state) = spec.build().unwrap();
+        assert!(matches!(system.coupling(with_jacobian(&system)), Coupling::Bands(_)));
+        stir(&mut state, 4);
+        for tangent in [Tangent::Exact, Tangent::Projected] {
+            assert_same_matrix(&system, &state, tangent);
+        }
+    }
+}
+
+#[test]
 fn a_table_of_other_springs_is_refused_and_nothing_is_written() {
     let (system, state) = mesh(9, 40, 0.4, "full", &mut Random::new(5));
     let Memory { slots, .. } = Memory::new(&system);

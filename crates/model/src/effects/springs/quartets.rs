@@ -1,5 +1,4 @@
-//! Four springs at a time, in the order of the list, for forces that no sweep takes: projected
-//! damping and curves.
+//! Four springs at a time, in the order of the list, for forces that no sweep takes: curves.
 //!
 //! The springs are copied in chunks. Registers hold one number of four springs, and each number has
 //! the order of operations of the readable form, [`Kernel::one`]. The forces are added one after
@@ -31,7 +30,6 @@ pub(crate) struct Quartet {
     pub(crate) ends: [[usize; SLOTS]; 2],
     pub(crate) rest: Lanes,
     pub(crate) stiffness: Lanes,
-    pub(crate) damping: Lanes,
 }
 
 impl Quartet {
@@ -43,7 +41,6 @@ impl Quartet {
             ],
             rest: [a.rest_length, b.rest_length, c.rest_length, d.rest_length],
             stiffness: [a.stiffness, b.stiffness, c.stiffness, d.stiffness],
-            damping: [a.damping, b.damping, c.damping, d.damping],
         }
     }
 

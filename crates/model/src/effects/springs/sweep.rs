@@ -7,7 +7,8 @@
 //! springs to later particles: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
 //! `c (v_i − v_{i+o})` with full damping, or projected damping alone. Some vectors later it adds the kept forces to each
 //! particle: `+f_{i−o}` of springs from earlier particles, `−f_i` of its own. Where a place along a
-//! diagonal has no spring, it overwrites the force by 0, which changes no sum.
+//! diagonal has no spring, it overwrites the force by 0, which changes no sum; where a spring is half as
+//! strong, it halves the force, which is exact.
 //!
 //! Each sum has the order of the [readable loop](super::LinearSprings::add_reference): a particle
 //! meets its incoming springs first, by falling offset, then its own. As in the loop, each spring

@@ -281,19 +281,19 @@ impl<'a> Rows<'a> {
             };
             let own = coordinates.of(0, m);
             let other = coordinates.of(d.offset, m);
-            let present = &d.present[particle..particle + m];
+            let multiple = &d.multiple[particle..particle + m];
             let scale = at.stiffness_scale;
             match at.tangent {
                 Tangent::Exact => {
                     let law = |t: f64| t;
                     blocks_and_forces(
-                        d, scale, law, present, own, other, xx, xy, xz, yy, yz, zz, fx, fy, fz,
+                        d, scale, law, multiple, own, other, xx, xy, xz, yy, yz, zz, fx, fy, fz,
                     );
                 }
                 Tangent::Projected => {
                     let law = |t: f64| t.max(0.0);
                     blocks_and_forces(
-                        d, scale, law, present, own, other, xx, xy, xz, yy, yz, zz, fx, fy, fz,
+                        d, scale, law, multiple, own, other, xx, xy, xz, yy, yz, zz, fx, fy, fz,
                     );
                 }
             }
@@ -344,11 +344,11 @@ impl<'a> Rows<'a> {
                     for d in incoming() {
                         let before = d.offset.saturating_sub(particle).min(m);
                         let from = particle + before - d.offset.min(particle + before);
-                        let present = &d.present[from..][..m - before];
-                        add_where(&mut sums[before..], present, scale * d.damping);
+                        let multiple = &d.multiple[from..][..m - before];
+                        add_multiples(&mut sums[before..], multiple, scale * d.damping);
                     }
                     for d in list {
-                        add_where(sums, &d.present[particle..][..m], scale * d.damping);
+                        add_multiples(sums, &d.multiple[particle..][..m], scale * d.damping);
                     }
                 }
             }
@@ -374,7 +374,7 @@ impl<'a> Rows<'a> {
                 let rows = start - self.first..end - self.first;
                 for (c, _) in AXES.into_iter().enumerate().filter(|(_, on_axis)| *on_axis) {
                     let plane = &mut self.planes[band(offsets, d) + c][rows.clone()];
-                    add_where(plane, &d.present[start..end], -(scale * d.damping));
+                    add_multiples(plane, &d.multiple[start..end], -(scale * d.damping));
                 }
             }
         }
@@ -403,7 +403,7 @@ fn blocks_and_forces(
     d: &Diagonal,
     scale: f64,
     law: impl Fn(f64) -> f64,
-    present: &[u8],
+    multiple: &[u8],
     own: [&[f64]; 6],
     other: [&[f64]; 6],
     xx: &mut [f64],
@@ -416,7 +416,7 @@ fn blocks_and_forces(
     fy: &mut [f64],
     fz: &mut [f64],
 ) {
-    let m = present.len();
+    let m = multiple.len();
     let (own, other) = (own.map(|a| &a[..m]), other.map(|a| &a[..m]));
     let (xx, xy, xz) = (&mut xx[..m], &mut xy[..m], &mut xz[..m]);
     let (yy, yz, zz) = (&mut yy[..m], &mut yz[..m], &mut zz[..m]);
@@ -425,7 +425,7 @@ fn blocks_and_forces(
         let difference = |axis: usize| own[axis][t] - other[axis][t];
         let direction =
             unit_block([difference(0), difference(1), difference(2)], d.rest_length, &law);
-        let k = f64::from(present[t]) * d.stiffness;
+        let k = f64::from(multiple[t]) * d.stiffness;
         let s = direction.map(|b| 0.0 - b * (scale * k));
         (xx[t], xy[t], xz[t]) = (s[0], s[1], s[2]);
         (yy[t], yz[t], zz[t]) = (s[3], s[4], s[5]);
@@ -468,10 +468,10 @@ fn subtract(sums: &mut [f64], a: &[f64]) {
     }
 }
 
-/// Adds `a` where a spring is.
+/// Adds `a` for each of the weakest spring's multiples.
 #[inline(always)]
-fn add_where(sums: &mut [f64], present: &[u8], a: f64) {
-    for (sum, here) in sums.iter_mut().zip(present) {
+fn add_multiples(sums: &mut [f64], multiple: &[u8], a: f64) {
+    for (sum, here) in sums.iter_mut().zip(multiple) {
         *sum += f64::from(*here) * a;
     }
 }

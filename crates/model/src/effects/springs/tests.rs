@@ -83,6 +83,20 @@ fn springs_of_grids_lie_along_diagonals_and_give_the_same_bits() {
             springs.each(|s| visited.push(*s));
             assert_eq!(visited, list, "{kind} {rows}×{columns}");
             assert_same_forces(&springs, (rows * columns) as usize);
+            for halved in [0, 5] {
+                let mut list = list.clone();
+                // The first spring of a diagonal is whole or half a spring.
+                for spring in list.iter_mut().filter(|s| s.i % 7 == halved) {
+                    (spring.stiffness, spring.damping) =
+                        (0.5 * spring.stiffness, 0.5 * spring.damping);
+                }
+                let springs = LinearSprings::new(kind, list.clone(), DampingLaw::Full);
+                assert!(matches!(springs.store, Store::Diagonals(_)), "{kind} {rows}×{columns}");
+                let mut visited = Vec::new();
+                springs.each(|s| visited.push(*s));
+                assert_eq!(visited, list, "{kind} {rows}×{columns}, halves");
+                assert_same_forces(&springs, (rows * columns) as usize);
+            }
         }
     }
 }
@@ -102,6 +116,14 @@ fn other_springs_are_kept_one_by_one() {
     assert!(!edited(&|s| s.truncate(40)), "too few");
     assert!(!edited(&|s| s.swap(3, 4)), "another order at one particle");
     assert!(!edited(&|s| s.swap(3, 40)), "another order of particles");
+    let edit_one = |factor: [f64; 2]| {
+        edited(&|s| {
+            s[17].stiffness *= factor[0];
+            s[17].damping *= factor[1];
+        })
+    };
+    assert!(edit_one([2.0, 2.0]) && edit_one([0.5, 0.5]), "twice or half a spring");
+    assert!(!edit_one([4.0, 4.0]) && !edit_one([2.0, 1.0]) && !edit_one([1.0, 0.5]));
     assert!(!edited(&|s| s[17].rest_length *= 1.5), "a longer one");
     assert!(!edited(&|s| s[17].stiffness = 0.0), "a soft one");
     assert!(!edited(&|s| s[17].damping = 0.0), "an undamped one");

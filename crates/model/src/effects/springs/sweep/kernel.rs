@@ -27,13 +27,17 @@ struct Row<'a> {
     plane: usize,
     /// The places without a spring that are still ahead.
     absent: &'a [u32],
+    /// Those ahead whose spring is half as strong.
+    halves: &'a [u32],
 }
 
 impl<'a> Row<'a> {
     fn new(d: &'a Diagonal, law: Law, plane: usize, first: usize) -> Self {
-        let &Diagonal { offset, rest_length, stiffness, damping, ref absent, .. } = d;
-        let absent = &absent[absent.partition_point(|i| (*i as usize) < first)..];
-        Self { law, offset, rest_length, stiffness, damping, plane, absent }
+        let &Diagonal { offset, rest_length, .. } = d;
+        let (stiffness, damping) = (d.most() * d.stiffness, d.most() * d.damping);
+        let ahead = |list: &'a [u32]| &list[list.partition_point(|i| (*i as usize) < first)..];
+        let (absent, halves) = (ahead(&d.absent), ahead(&d.halves));
+        Self { law, offset, rest_length, stiffness, damping, plane, absent, halves }
     }
 }
 
@@ -114,7 +118,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         for t in (at..at + m).step_by(S::F64_LANES) {
             self.springs(simd, plan, t);
         }
-        self.clear(plan, begin, at + m);
+        self.correct(plan, begin, at + m);
     }
 
     /// Adds the kept forces to the sums or to zero, for the particles at these places behind place
@@ -156,7 +160,7 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
             self.sum(simd, plan, begin, at + t, t, from, sums);
         }
         self.gather(simd, plan, begin, at, following..m, from, sums);
-        self.clear(plan, begin, at + m + following);
+        self.correct(plan, begin, at + m + following);
     }
 
     /// Computes the forces of a vector's own springs, also at places without a spring.
@@ -188,19 +192,24 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
         }
     }
 
-    /// Clears the forces at places without a spring, up to place `end` of the chunk.
+    /// Clears the forces at places without a spring, and halves those of springs that are half as
+    /// strong, up to place `end` of the chunk.
     #[inline(always)]
-    fn clear(&mut self, plan: &mut Plan<'_>, begin: usize, end: usize) {
+    fn correct(&mut self, plan: &mut Plan<'_>, begin: usize, end: usize) {
         for row in plan.rows.iter_mut().map_while(Option::as_mut) {
-            while let Some((&i, ahead)) = row.absent.split_first() {
-                let at = i as usize - begin;
-                if at >= end {
-                    break;
-                }
-                for plane in &mut self.forces[row.plane..][..3] {
-                    plane[self.history + at] = 0.0;
-                }
-                row.absent = ahead;
+            let places = self.history..self.history + end;
+            let planes = &mut self.forces[row.plane..][..3];
+            let next = |list: &mut &[u32]| {
+                let (&i, ahead) = list.split_first()?;
+                let at = places.start + (i as usize - begin);
+                (at < places.end).then(|| *list = ahead)?;
+                Some(at)
+            };
+            while let Some(at) = next(&mut row.absent) {
+                planes.iter_mut().for_each(|plane| plane[at] = 0.0);
+            }
+            while let Some(at) = next(&mut row.halves) {
+                planes.iter_mut().for_each(|plane| plane[at] *= 0.5);
             }
         }
     }
