@@ -52,6 +52,18 @@ pub(crate) trait Element: Copy + Debug + Send + Sync + 'static {
     fn visit_pairs(&self, visit: &mut dyn FnMut(usize, usize));
     /// Adds `scale · (−∂f/∂x)`, N/m.
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink);
+    /// As [`add_stiffness`](Self::add_stiffness) for four elements, one after the other; `false`
+    /// where one of them is unusual or there is no such form, and nothing is added.
+    fn add_stiffnesses<F: Four>(
+        _four: F,
+        _group: &[Self; SLOTS],
+        _x: &[Vec3],
+        _scale: f64,
+        _tangent: Tangent,
+        _sink: &mut dyn BlockSink,
+    ) -> bool {
+        false
+    }
 
     /// Force on the particle at a place, N, and its diagonal block of `−∂f/∂x`, N/m,
     /// [projected](Tangent::Projected), of an element whose particles are `0..` in their order.
@@ -174,7 +186,7 @@ impl<E: Element> Effect for Elements<E> {
     }
 
     fn add_stiffness(&self, x: &[Vec3], scale: f64, tangent: Tangent, sink: &mut dyn BlockSink) {
-        self.list.iter().for_each(|element| element.add_stiffness(x, scale, tangent, sink));
+        four_wide().dispatch(Stiffness { list: &self.list, x, scale, tangent, sink });
     }
 
     fn stencils(&self) -> Option<&dyn Stencils> {
@@ -222,6 +234,43 @@ impl<E: Element> Forces<'_, E> {
 }
 
 impl<E: Element> WithSimd for Forces<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        if S::F64_LANES == SLOTS { self.fast(Wide(simd)) } else { self.fast(Plain) }
+    }
+}
+
+/// Adds the blocks of all elements.
+struct Stiffness<'a, E> {
+    list: &'a [E],
+    x: &'a [Vec3],
+    scale: f64,
+    tangent: Tangent,
+    sink: &'a mut dyn BlockSink,
+}
+
+impl<E: Element> Stiffness<'_, E> {
+    fn reference(self) {
+        let Self { list, x, scale, tangent, sink } = self;
+        list.iter().for_each(|element| element.add_stiffness(x, scale, tangent, sink));
+    }
+
+    #[inline(always)]
+    fn fast<F: Four>(self, four: F) {
+        let Self { list, x, scale, tangent, sink } = self;
+        let (groups, rest) = list.as_chunks();
+        for group in groups {
+            if !E::add_stiffnesses(four, group, x, scale, tangent, sink) {
+                Stiffness { list: group, x, scale, tangent, sink }.reference();
+            }
+        }
+        Stiffness { list: rest, x, scale, tangent, sink }.reference();
+    }
+}
+
+impl<E: Element> WithSimd for Stiffness<'_, E> {
     type Output = ();
 
     #[inline(always)]
@@ -325,7 +374,29 @@ pub(super) mod tests {
     use drape_kernels::testing::{Random, assert_same_bits};
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    /// Compares forces and energies of both forms, at random positions and at some without an
+    /// All blocks in their order.
+    #[derive(Default)]
+    struct Pairs {
+        places: Vec<[usize; 2]>,
+        numbers: Vec<f64>,
+    }
+
+    impl BlockSink for Pairs {
+        fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+            self.add_general_pair(i, j, block);
+        }
+
+        fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
+            self.places.push([i, j]);
+            self.numbers.extend(block.iter().map(|a| if a.is_nan() { f64::NAN } else { *a }));
+        }
+
+        fn add_diagonal(&mut self, i: usize, block: &Mat3) {
+            self.add_general_pair(i, i, block);
+        }
+    }
+
+    /// Compares forces, energies and blocks of both forms, at random positions and at some without an
     /// angle; returns how many groups of four took the fast form.
     pub(in crate::effects) fn compare<E: Element>(
         list: &[E],
@@ -343,6 +414,16 @@ pub(super) mod tests {
         let energy = Energy { list, x };
         let [slow, fast] = [energy.reference(-0.0), four_wide().dispatch(energy)];
         assert!(slow.to_bits() == fast.to_bits() || slow.is_nan() && fast.is_nan());
+        for tangent in [Tangent::Exact, Tangent::Projected] {
+            let [mut slow, mut fast, mut plain] = [(); 3].map(|()| Pairs::default());
+            let scale = 0.7;
+            Stiffness { list, x, scale, tangent, sink: &mut slow }.reference();
+            four_wide().dispatch(Stiffness { list, x, scale, tangent, sink: &mut fast });
+            Stiffness { list, x, scale, tangent, sink: &mut plain }.fast(Plain);
+            assert_eq!((&slow.places, &slow.places), (&fast.places, &plain.places));
+            assert_same_bits(("blocks", tangent), &slow.numbers, &fast.numbers);
+            assert_same_bits(("blocks, one by one", tangent), &slow.numbers, &plain.numbers);
+        }
         let mut out = start;
         let groups = list.as_chunks().0.iter();
         groups.filter(|group| E::add_forces(Plain, group, x, &mut out)).count()

@@ -20,6 +20,9 @@
 //!
 //! A hinge has no angle and exerts no force if one of its triangles has no area.
 
+mod folds;
+
+use self::folds::Folds;
 use super::angle::AngularLaw;
 use super::elements::{self, Element, Elements, Turn};
 use super::registry::{self, Checked, Weave};
@@ -28,9 +31,7 @@ use crate::bounds::{LAST_PARTICLE, MAX_COEFFICIENT};
 use crate::error::Violation;
 use crate::topology::{InteriorEdge, interior_edges};
 use crate::{Mat3, SystemSpec, Vec3};
-use drape_kernels::angle::atan2;
 use drape_kernels::lanes::{Four, Lanes};
-use drape_kernels::triples::{Triple, Triples, add_in_turn};
 use drape_kernels::vector::SLOTS;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -132,83 +133,6 @@ impl Fold {
     }
 }
 
-/// Squares of lengths and of normals that are usual: no product of two leaves the range of numbers.
-const USUAL: (f64, f64) = (1e-100, 1e100);
-/// Squared sine at the edge that is usual: far above [`DEGENERATE`].
-const USUAL_SINE: f64 = 1e-20;
-
-/// Four hinges in registers.
-struct Folds<F: Four> {
-    /// The particles `i`, `j`, `k`, `l` of the four.
-    places: [[usize; SLOTS]; 4],
-    stiffness: F::Numbers,
-    excess: F::Numbers,
-    along: Triple<F>,
-    length: F::Numbers,
-    arm: [Triple<F>; 2],
-    normal: [Triple<F>; 2],
-    /// `|N|²`.
-    square: [F::Numbers; 2],
-}
-
-impl<F: Four> Folds<F> {
-    /// `None` where one of them has no angle, or is too near to that.
-    #[inline(always)]
-    fn new(four: F, group: &[HingeSpec; SLOTS], x: &[Vec3]) -> Option<Self> {
-        let [a, b, c, d] = group;
-        let places = [
-            [a.i as usize, b.i as usize, c.i as usize, d.i as usize],
-            [a.j as usize, b.j as usize, c.j as usize, d.j as usize],
-            [a.k as usize, b.k as usize, c.k as usize, d.k as usize],
-            [a.l as usize, b.l as usize, c.l as usize, d.l as usize],
-        ];
-        let from = four.gather(x, places[0]);
-        let e = four.minus(four.gather(x, places[1]), from);
-        let p = four.minus(four.gather(x, places[2]), from);
-        let q = four.minus(four.gather(x, places[3]), from);
-        let (n1, n2) = (four.cross(e, p), four.cross(q, e));
-        let edge = four.dot(e, e);
-        let square = [four.dot(n1, n1), four.dot(n2, n2)];
-        let length = four.sqrt(edge);
-        let along = four.over(e, length);
-        let (sine, cosine) = (four.dot(four.cross(n1, n2), along), four.dot(n1, n2));
-
-        let (least, most) = (four.splat(USUAL.0), four.splat(USUAL.1));
-        let mut usual = four.if_at_most(least, edge, four.splat(1.0));
-        let arms = [four.dot(p, p), four.dot(q, q)];
-        for side in 0..2 {
-            let narrow = four.mul(four.mul(edge, arms[side]), four.splat(USUAL_SINE));
-            usual = four.if_at_most(least, arms[side], usual);
-            usual = four.if_at_most(narrow, square[side], usual);
-            usual = four.if_at_most(square[side], most, usual);
-        }
-        let (angle, usual) = atan2(four, sine, cosine, usual);
-        if !four.are_ones(usual) {
-            return None;
-        }
-        let rest = four.load([a.rest_rad, b.rest_rad, c.rest_rad, d.rest_rad]);
-        let excess = four.sub(angle, rest);
-        let turn = four.splat(2.0 * PI);
-        let below = four.where_at_most(excess, four.splat(PI), excess, four.sub(excess, turn));
-        let above = four.add(excess, turn);
-        Some(Self {
-            places,
-            stiffness: four.load([
-                a.stiffness_n_m,
-                b.stiffness_n_m,
-                c.stiffness_n_m,
-                d.stiffness_n_m,
-            ]),
-            excess: four.where_at_most(four.splat(-PI), excess, below, above),
-            along,
-            length,
-            arm: [p, q],
-            normal: [n1, n2],
-            square,
-        })
-    }
-}
-
 impl HingeSpec {
     fn places(&self) -> [usize; 4] {
         [self.i, self.j, self.k, self.l].map(|i| i as usize)
@@ -279,28 +203,13 @@ impl Element for HingeSpec {
 
     #[inline(always)]
     fn add_forces<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3], out: &mut [Vec3]) -> bool {
-        let Some(folds) = Folds::new(four, group, x) else { return false };
-        let Folds { places, stiffness, excess, along, length, arm, normal, square } = folds;
-        let moment = four.mul(four.neg(stiffness), excess);
-        let (m1, m2) = (four.over(normal[0], square[0]), four.over(normal[1], square[1]));
-        let of_edge = four
-            .plus(four.times(m1, four.dot(arm[0], along)), four.times(m2, four.dot(arm[1], along)));
-        let shorter = four.neg(length);
-        let fp = four.times(four.times(m1, shorter), moment);
-        let fq = four.times(four.times(m2, shorter), moment);
-        let fe = four.times(of_edge, moment);
-        let sum = four.plus(four.plus(fp, fq), fe);
-        let opposite = [four.neg(sum[0]), four.neg(sum[1]), four.neg(sum[2])];
-        let forces = [four.apart(opposite), four.apart(fe), four.apart(fp), four.apart(fq)];
-        add_in_turn(places, &forces, out);
-        true
+        let folds = Folds::new(four, group, x);
+        folds.and_then(|folds| folds.add_forces(four, out)).is_some()
     }
 
     #[inline(always)]
     fn energies<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3]) -> Option<Lanes> {
-        let Folds { stiffness, excess, .. } = Folds::new(four, group, x)?;
-        let half = four.mul(four.splat(0.5), stiffness);
-        Some(four.store(four.mul(four.mul(half, excess), excess)))
+        Folds::new(four, group, x)?.energies(four)
     }
 
     fn turn(&self, x: &[Vec3; 4]) -> Option<Turn> {
@@ -340,6 +249,19 @@ impl Element for HingeSpec {
         sink.add_general_pair(k, i, &(pp + pq + pe));
         sink.add_general_pair(l, i, &(qq + pq.transpose() + qe));
         sink.add_general_pair(j, i, &(ee + pe.transpose() + qe.transpose()));
+    }
+
+    #[inline(always)]
+    fn add_stiffnesses<F: Four>(
+        four: F,
+        group: &[Self; SLOTS],
+        x: &[Vec3],
+        scale: f64,
+        tangent: Tangent,
+        sink: &mut dyn BlockSink,
+    ) -> bool {
+        let folds = Folds::new(four, group, x);
+        folds.and_then(|folds| folds.add_stiffness(four, scale, tangent, sink)).is_some()
     }
 
     /// Takes angle and gradient once, and only the blocks that the particle's own block adds up.
