@@ -203,8 +203,8 @@ impl Element for HingeSpec {
 
     #[inline(always)]
     fn add_forces<F: Four>(four: F, group: &[Self; SLOTS], x: &[Vec3], out: &mut [Vec3]) -> bool {
-        let folds = Folds::new(four, group, x);
-        folds.and_then(|folds| folds.add_forces(four, out)).is_some()
+        let Some(folds) = Folds::new(four, group, x) else { return false };
+        folds.add_forces(four, out).is_some()
     }
 
     #[inline(always)]
@@ -260,8 +260,8 @@ impl Element for HingeSpec {
         tangent: Tangent,
         sink: &mut dyn BlockSink,
     ) -> bool {
-        let folds = Folds::new(four, group, x);
-        folds.and_then(|folds| folds.add_stiffness(four, scale, tangent, sink)).is_some()
+        let Some(folds) = Folds::new(four, group, x) else { return false };
+        folds.add_stiffness(four, scale, tangent, sink).is_some()
     }
 
     /// Takes angle and gradient once, and only the blocks that the particle's own block adds up.

@@ -2,7 +2,7 @@
 //!
 //! Each register holds one number of four hinges. Every number has the order of operations of the
 //! readable form in [`Fold`](super::Fold), so both give the same bits. Forces and blocks are added
-//! hinge by hinge.
+//! hinge by hinge. A closure would not be compiled for the registers, so there is none.
 
 use super::HingeSpec;
 use crate::effects::{BlockSink, Tangent};
@@ -68,7 +68,9 @@ impl<F: Four> Folds<F> {
             usual = four.if_at_most(narrow, square[side], usual);
             usual = four.if_at_most(square[side], most, usual);
         }
-        four.are_ones(usual).then_some(())?;
+        if !four.are_ones(usual) {
+            return None;
+        }
         let stiffness =
             four.load([a.stiffness_n_m, b.stiffness_n_m, c.stiffness_n_m, d.stiffness_n_m]);
         Some(Self {
@@ -89,7 +91,9 @@ impl<F: Four> Folds<F> {
         let [n1, n2] = self.normal;
         let (sine, cosine) = (four.dot(four.cross(n1, n2), self.along), four.dot(n1, n2));
         let (angle, usual) = atan2(four, sine, cosine, four.splat(1.0));
-        four.are_ones(usual).then_some(())?;
+        if !four.are_ones(usual) {
+            return None;
+        }
         let excess = four.sub(angle, self.rest);
         let turn = four.splat(2.0 * PI);
         let below = four.where_at_most(excess, four.splat(PI), excess, four.sub(excess, turn));

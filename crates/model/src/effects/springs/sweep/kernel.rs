@@ -177,7 +177,8 @@ impl<'a, const STRIDE: usize> Planes<'a, STRIDE> {
                 Law::Linear => times(simd, from_fn(difference), row.stiffness),
                 Law::Damping => times(simd, from_fn(|axis| difference(3 + axis)), row.damping),
                 Law::Projected => {
-                    along(simd, row, from_fn(difference), from_fn(|axis| difference(3 + axis)))
+                    let d = [difference(0), difference(1), difference(2)];
+                    along(simd, row, d, [difference(3), difference(4), difference(5)])
                 }
                 Law::Spring | Law::Nonlinear => force(simd, row, from_fn(difference)),
                 Law::DampedSpring => {
@@ -281,18 +282,32 @@ fn force<S: Simd>(simd: S, row: &Row<'_>, d: [S::f64s; 3]) -> [S::f64s; 3] {
 }
 
 /// `c û (û·w)` of springs with the differences `d` and `w` of their ends' positions and velocities.
+// Not every closure is compiled for the registers, so there is none.
 #[inline(always)]
 fn along<S: Simd>(simd: S, row: &Row<'_>, d: [S::f64s; 3], w: [S::f64s; 3]) -> [S::f64s; 3] {
-    let dot = |[a, b, c]: [S::f64s; 3], [d, e, f]: [S::f64s; 3]| {
-        let plane = simd.add_f64s(simd.mul_f64s(a, d), simd.mul_f64s(b, e));
-        simd.add_f64s(plane, simd.mul_f64s(c, f))
-    };
-    let length = simd.sqrt_f64s(dot(d, d));
+    let length = simd.sqrt_f64s(dot(simd, d, d));
     let is_long = simd.greater_than_f64s(length, simd.splat_f64s(COLLAPSED * row.rest_length));
-    let zero = simd.splat_f64s(0.0);
-    let u = d.map(|d| simd.select_f64s(is_long, simd.div_f64s(d, length), zero));
-    let rate = simd.mul_f64s(simd.splat_f64s(row.damping), dot(u, w));
-    u.map(|u| simd.mul_f64s(u, rate))
+    let u = [
+        over_where(simd, is_long, d[0], length),
+        over_where(simd, is_long, d[1], length),
+        over_where(simd, is_long, d[2], length),
+    ];
+    let rate = simd.mul_f64s(simd.splat_f64s(row.damping), dot(simd, u, w));
+    [simd.mul_f64s(u[0], rate), simd.mul_f64s(u[1], rate), simd.mul_f64s(u[2], rate)]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(simd: S, a: [S::f64s; 3], b: [S::f64s; 3]) -> S::f64s {
+    let plane = simd.add_f64s(simd.mul_f64s(a[0], b[0]), simd.mul_f64s(a[1], b[1]));
+    simd.add_f64s(plane, simd.mul_f64s(a[2], b[2]))
+}
+
+/// `a/b` where the mask says so, else 0.
+// The choice between floating-point numbers is not always inlined.
+#[inline(always)]
+fn over_where<S: Simd>(simd: S, mask: S::m64s, a: S::f64s, b: S::f64s) -> S::f64s {
+    let quotient = bytemuck::cast(simd.div_f64s(a, b));
+    bytemuck::cast(simd.select_u64s(mask, quotient, bytemuck::cast(simd.splat_f64s(0.0))))
 }
 
 /// `w d`.
