@@ -34,8 +34,8 @@ impl Linearisation<'_> {
     /// `w` in m. The matrix must be an [`Implicit::block_matrix`] or [`Implicit::block_rows`] of
     /// this system.
     ///
-    /// Bands and pairs are filled in one sweep over the springs. The bits are the same as if the
-    /// blocks were added one by one.
+    /// Bands and springs in any order are filled in one sweep over the springs. The bits of bands are
+    /// the same as if the blocks were added one by one.
     #[doc(alias = "EEH section 2.3")]
     pub fn assemble(
         &self,

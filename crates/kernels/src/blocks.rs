@@ -23,30 +23,13 @@ pub trait BlockSink {
 /// Rows and columns of the six numbers of a symmetric block: `xx, xy, xz, yy, yz, zz`.
 pub const SIX: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-/// Number of numbers in a [`Line`].
-pub const LINE: usize = 8;
+/// The block `a I + w wᵀ` of a spring: `wx, wy, wz, a`.
+pub type SpringBlock = [f64; 4];
 
-/// A symmetric block in a line of the cache: `xx, xy, xz, yz, zz, xy, yy, yz`. Its columns overlap,
-/// so that each of them is one register.
-pub type Line = [f64; LINE];
-
-/// Where each column of a block begins in its [`Line`].
-pub const COLUMNS: [usize; 3] = [0, 5, 2];
-
-/// Rows and columns of the numbers of a [`Line`].
-pub const PLACES: [(usize, usize); LINE] =
-    [(0, 0), (0, 1), (0, 2), (1, 2), (2, 2), (0, 1), (1, 1), (1, 2)];
-
-/// The [`Line`] of `xx, xy, xz, yy, yz, zz`.
+/// `xx, xy, xz, yy, yz, zz` of a [`SpringBlock`].
 #[inline(always)]
-pub fn line([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Line {
-    [xx, xy, xz, yz, zz, xy, yy, yz]
-}
-
-/// The inverse of [`line()`].
-#[inline(always)]
-pub fn six([xx, xy, xz, yz, zz, _, yy, _]: Line) -> [f64; 6] {
-    [xx, xy, xz, yy, yz, zz]
+pub fn six([wx, wy, wz, a]: SpringBlock) -> [f64; 6] {
+    [wx * wx + a, wx * wy, wx * wz, wy * wy + a, wy * wz, wz * wz + a]
 }
 
 /// A symmetric matrix of symmetric 3×3 blocks along bands beside the diagonal.
@@ -63,17 +46,21 @@ pub struct BandPlanes<'a> {
     pub offsets: &'a [usize],
 }
 
-/// A symmetric matrix of symmetric 3×3 blocks, one [`Line`] for each row and for each coupled pair.
+/// A symmetric matrix of springs in any order: a block `B` of the spring from `i` to `j` adds `B` at
+/// `(i, i)` and `(j, j)`, and `−B` at `(i, j)` and `(j, i)`.
 #[derive(Debug)]
-pub struct PairLines<'a> {
-    /// Diagonal blocks, one per row.
-    pub diagonal: &'a mut [Line],
-    /// Blocks (i, j) of the coupled pairs.
-    pub pairs: &'a mut [Line],
-    /// Rows of each pair, the lower first.
+pub struct SpringBlocks<'a> {
+    /// The multiple of the identity that each row has beside its springs: its mass.
+    pub own: &'a mut [f64],
+    /// Diagonal blocks beside `own` and the springs, one a row: `xx, xy, xz, yy, yz, zz`. A sweep
+    /// that overwrites the matrix clears them.
+    pub general: &'a mut Vec<[f64; 6]>,
+    /// One block for each spring.
+    pub springs: &'a mut [SpringBlock],
+    /// Rows of each spring, the lower first.
     pub ends: &'a [[u32; 2]],
-    /// Index into `pairs` of each edge that the matrix was made with, in their order. The entry has
-    /// no meaning for an edge from a row to itself.
+    /// Index into `springs` of each edge that the matrix was made with, in their order; no two are
+    /// the same. The entry has no meaning for an edge from a row to itself.
     pub slots: &'a [u32],
 }
 
@@ -82,8 +69,8 @@ pub struct PairLines<'a> {
 pub enum BlockLayout<'a> {
     /// Along bands: regular grids.
     Bands(BandPlanes<'a>),
-    /// One line a pair: springs in any order.
-    Pairs(PairLines<'a>),
+    /// One block a spring: springs in any order.
+    Pairs(SpringBlocks<'a>),
 }
 
 /// Which layout suits the blocks of a set of effects.
@@ -91,7 +78,7 @@ pub enum BlockLayout<'a> {
 pub enum Coupling {
     /// Along bands with these offsets, in increasing order.
     Bands(Vec<usize>),
-    /// One symmetric block a pair.
+    /// One block `a I + w wᵀ` a spring.
     Pairs,
     /// Compressed rows, if neither of the others suits.
     Rows,

@@ -415,11 +415,13 @@ impl System {
 
     /// Overwrites `matrix` with `M + σ K + τ D` of the effects and adds `K w` to `product`, if it
     /// is given. It sums effect by effect in the given order, and gives the same bits as
-    /// [`Effect::add_stiffness`] and [`Effect::add_damping`]. The matrix must have the layout that
+    /// [`Effect::add_stiffness`] and [`Effect::add_damping`]; the blocks of springs in any order are
+    /// the same numbers up to rounding. The matrix must have the layout that
     /// [`coupling`](Self::coupling) returns.
     ///
-    /// Returns `false` and does nothing in three cases: a sweep cannot take these effects, another
-    /// thread is sweeping, or the matrix was made for other springs.
+    /// Returns `false` and does nothing in four cases: a sweep cannot take these effects, another
+    /// thread is sweeping, the matrix was made for other springs, or `σ` is negative and the springs
+    /// are in any order.
     ///
     /// # Panics
     /// If a vector does not have one entry per particle.

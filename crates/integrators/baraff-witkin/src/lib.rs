@@ -43,8 +43,7 @@
 //!   is that of [`drape_integrator::Linearisation`]. It is valid for one step, so each step counts
 //!   a set-up.
 //! * **Solvers.** Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits
-//!   the mesh, filled in one sweep together with `b`; all layouts give the same bits. They never
-//!   end in an error: they report the residual at which they stopped, and the step uses the last
+//!   the mesh, filled in one sweep together with `b`. They never end in an error: they report the residual at which they stopped, and the step uses the last
 //!   iterate. If a diagonal block of the raw matrix is not definite, they run without a
 //!   preconditioner. The direct solver (`solver=cholesky`) factorises `S A S` again after every
 //!   release of contacts. For the raw matrix it is `L D Lᵀ`, which also solves indefinite systems
@@ -144,20 +143,22 @@
 //! | block-Jacobi | 0.07 | eight blocks at a time |
 //! | forces | 0.05 | |
 //!
-//! The same sheet as a general mesh, particles and springs in disorder, in turns with the grid on
-//! the same core. Least µs of 4 to 60 steps. Beyond 10⁴ particles other work on the machine takes
-//! part of the cache, which spreads single times by a factor of three:
+//! The same sheet as a general mesh, particles and springs in disorder, without a preconditioner.
+//! Median µs of a step over seven runs in turns on one core of a shared Zen 4. Each iteration on the
+//! mesh read six numbers a pair of rows from a line of the cache, and now four numbers a spring:
 //!
-//! | particles | grid | compressed rows | one line a pair of rows | ratio to the grid |
+//! | particles | grid | six numbers a pair | four numbers a spring | ratio to the grid |
 //! |---|---|---|---|---|
-//! | 2704 | 553 | 2013 | 931 | 1.7 |
-//! | 10 000 | 1970 | 11 900 | 4500 | 2.3 |
-//! | 99 856 | 75 000 | 559 000 | 211 000 | 2.8 |
+//! | 400 | 74 | 134 | 82 | 1.1 |
+//! | 2704 | 515 | 925 | 582 | 1.1 |
+//! | 10 000 | 1830 | 3310 | 2080 | 1.1 |
+//! | 99 856 | 28 700 | 76 500 | 27 000 | 0.9 |
 //!
-//! Three things were tried, and all helped as expected: the places of all blocks from a table
-//! instead of two searches each, blocks and `∂f/∂x (h v_0 + y)` of a batch of springs at once, and
-//! one block for both triangles. Now half of a step is products and a fifth the matrix. Springs
-//! with projected damping, and effects other than springs, still take compressed rows.
+//! Four things were tried, and all helped: the places of all blocks from a table instead of two
+//! searches each, blocks and `∂f/∂x (h v_0 + y)` of a batch of springs at once, one block for both
+//! triangles, and four numbers for a block, each force computed once
+//! (`crates/solvers/src/block/pairs.rs`). Springs with projected damping, and effects other than
+//! springs, still take compressed rows.
 //!
 //! To try next: full damping of sorted springs in the same pass as their stiffness, on meshes; more
 //! Newton iterations where one is too few, which is backward Euler; a block incomplete

@@ -388,8 +388,15 @@ mod tests {
         spec
     }
 
+    /// Products with springs round elsewhere than products with compressed rows.
+    fn assert_close(case: impl std::fmt::Debug, a: &[Vec3], b: &[Vec3]) {
+        let greatest = a.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let distance = a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(distance < 1e-13 * greatest, "{case:?}: {distance} of {greatest}");
+    }
+
     #[test]
-    fn every_layout_has_the_bits_of_compressed_rows() {
+    fn bands_have_the_bits_of_compressed_rows_and_springs_the_same_numbers() {
         let grid = Sheet { side: 20, tension: 1e4, shear: 1e3, damping: 2.0, ..Sheet::default() };
         let mut scenes = vec![stir(grid.build(), 0.01, 0.5)];
         scenes.extend([3, 7, 20].map(|side| build(&in_disorder(side))));
@@ -405,22 +412,27 @@ mod tests {
             for tangent in [Tangent::Exact, Tangent::Projected] {
                 let [fast, reference] =
                     [&mut matrix, &mut rows].map(|m| numbers(m, &scene, tangent));
-                assert_same_bits((k, tangent), &reference, &fast);
+                assert_same_bits((k, tangent), &reference[1], &fast[1]);
+                assert_close((k, tangent), &reference[0], &fast[0]);
+                if k == 0 {
+                    assert_same_bits((k, tangent), &reference[0], &fast[0]);
+                }
             }
         }
         let (system, _) = build(&rough_sheet(7, 1e4, 0.3, DampingLaw::Projected));
         assert_eq!(Implicit::Springs.block_matrix(&system).coupling(), Coupling::Rows);
     }
 
-    /// A matrix whose table belongs to other springs searches the place of each block.
+    /// A matrix whose table belongs to other springs becomes compressed rows.
     #[test]
-    fn a_matrix_made_for_another_order_of_the_springs_gives_the_same_bits() {
+    fn a_matrix_made_for_another_order_of_the_springs_gives_the_same_numbers() {
         let mut spec = in_disorder(6);
         let scene = build(&spec);
         let mut own = Implicit::Springs.block_matrix(&scene.0);
         spec.springs.reverse();
         let mut other = Implicit::Springs.block_matrix(&build(&spec).0);
         let [own, other] = [&mut own, &mut other].map(|m| numbers(m, &scene, Tangent::Projected));
-        assert_same_bits("another order", &own, &other);
+        assert_same_bits("another order", &own[1], &other[1]);
+        assert_close("another order", &own[0], &other[0]);
     }
 }

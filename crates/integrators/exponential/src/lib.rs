@@ -52,10 +52,10 @@
 //!   The subspace does not depend on `h`, so the method halves the step until the same subspace is
 //!   sufficient. It takes the rest of the step with a new Jacobian. The report counts these
 //!   substeps; more than 32 are refused.
-//! * **Products.** Products use matrices `K` and `D` of 3×3 blocks, assembled once per step in the
-//!   layout that suits the mesh. A sweep over the springs without a matrix would compute each block
-//!   anew, with a square root and a division. It is used for the first product only, where it
-//!   multiplies differences exactly.
+//! * **Products.** Products use matrices `K` and `D` of 3×3 blocks, assembled once per step along the
+//!   bands of a regular grid, or in compressed rows. A sweep over the springs without a matrix would
+//!   compute each block anew, with a square root and a division. It is used for the first product
+//!   only, where it multiplies differences exactly.
 //! * **Refused.** Contact, friction and pins on paths, which are not part of the linear equation.
 //!
 //! | symbol | name in the code | unit | shape |

@@ -1,15 +1,16 @@
 //! Symmetric matrices of 3×3 blocks, for Jacobians that couple the coordinates.
 //!
-//! A matrix has one of three layouts, which the couplings choose. All layouts give the same bits.
+//! A matrix has one of three layouts, which the couplings choose.
 //!
 //! | layout | for | a row of a sheet with tension, shear and bending springs |
 //! |---|---|---|
 //! | [`Coupling::Bands`] | springs of regular grids, numbered row by row | 384 bytes, no index |
-//! | [`Coupling::Pairs`] | springs in any order | 600 bytes |
+//! | [`Coupling::Pairs`] | springs in any order | 304 bytes |
 //! | [`Coupling::Rows`] | any blocks; factorisations and multigrid | 1036 bytes |
 //!
-//! Each of them sums a row from its first scalar column to its last. Places along a band without a
-//! coupling hold zeros, which change no sum of finite numbers.
+//! Bands and compressed rows give the same bits. Each of them sums a row from its first scalar column
+//! to its last. Places along a band without a coupling hold zeros, which change no sum of finite
+//! numbers. Springs in any order multiply the difference of their ends, and round elsewhere.
 
 mod bands;
 mod pairs;
@@ -151,15 +152,24 @@ impl BlockMatrix {
     /// contribution of a force that depends on the difference between particles `i` and `j`. For
     /// `i = j` it adds nothing.
     ///
+    /// The layout of springs in any order takes its blocks only through
+    /// [`fast_layout`](Self::fast_layout). Here a pair converts it to compressed rows, in which it
+    /// stays.
+    ///
     /// A pair outside the pattern is a bug in the caller: debug builds panic, release builds ignore
     /// the pair.
     pub fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        each!(&mut self.layout, a => a.add_pair(i, j, block));
+        match &mut self.layout {
+            Layout::Rows(rows) => rows.add_pair(i, j, block),
+            Layout::Bands(bands) => bands.add_pair(i, j, block),
+            Layout::Pairs(_) if i == j => {}
+            Layout::Pairs(_) => self.make_rows().add_pair(i, j, block),
+        }
     }
 
     /// As [`add_pair`](Self::add_pair), for a block that need not be symmetric: `B` at (i, i), `Bᵀ`
-    /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block converts bands and pairs to
-    /// compressed rows.
+    /// at (j, j), `−B` at (i, j), `−Bᵀ` at (j, i). Such a block converts bands and springs
+    /// to compressed rows.
     pub fn add_general_pair(&mut self, i: usize, j: usize, block: &Mat3) {
         if *block == block.transpose() && !matches!(self.layout, Layout::Rows(_)) {
             return self.add_pair(i, j, block);
@@ -177,7 +187,7 @@ impl BlockMatrix {
         match &mut self.layout {
             Layout::Rows(_) => None,
             Layout::Bands(bands) => Some(BlockLayout::Bands(bands.planes_mut())),
-            Layout::Pairs(pairs) => Some(BlockLayout::Pairs(pairs.lines_mut())),
+            Layout::Pairs(pairs) => Some(BlockLayout::Pairs(pairs.blocks_mut())),
         }
     }
 
@@ -188,7 +198,7 @@ impl BlockMatrix {
     /// constrained directions (`b = S b`), so is the solution, which then solves the filtered
     /// problem. So a direct solver can replace filtered conjugate gradients.
     ///
-    /// Planes and lines give blocks that are not symmetric. They convert bands and pairs to
+    /// Planes and lines give blocks that are not symmetric. They convert bands and springs to
     /// compressed rows.
     ///
     /// # Panics
@@ -287,7 +297,8 @@ impl LinearOperator for BlockMatrix {
         self.bands
     }
 
-    /// Each row is summed from its first scalar column to its last.
+    /// Each row is summed from its first scalar column to its last. A matrix of springs in any order
+    /// sums the forces of a row's springs instead, from its first column to its last.
     fn multiply(&self, x: &[Vec3], y: &mut [Vec3]) {
         assert_eq!(x.len(), self.n(), "one vector a block row");
         assert_eq!(y.len(), self.n(), "one vector a block row");

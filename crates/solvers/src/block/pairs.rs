@@ -1,53 +1,67 @@
-//! Symmetric 3×3 blocks, one for each coupled pair of rows: the matrix of a general mesh of
-//! springs.
+//! One block `a I + w wᵀ` for each spring: the matrix of a general mesh.
 //!
-//! A block left of the diagonal is stored with the other row and read from there.
+//! A spring from `i` to `j` adds its block `B` at (i, i) and (j, j), and `−B` at (i, j) and (j, i).
+//! With full damping, or none, `B` is a multiple of the identity and a multiple of the square of
+//! the direction. So four numbers hold it, and a product computes one force
+//! `B (x_i − x_j) = a d + w (w·d)` for both ends. Diagonal blocks are computed when they are read.
+//! Two springs between the same rows have one block each.
+//!
+//! The springs lie in the order of their lower, then of their higher end. A row sums its mass times
+//! `x_i`, the forces of springs from earlier rows in their order, then those of its own springs.
+//! Threads share the rows in bands; a band computes the forces that lead into it once more. So the
+//! bits depend neither on the number of threads nor on the vector units. They are not those of
+//! compressed rows, which round elsewhere.
 //!
 //! # What it costs
 //!
-//! With `p` pairs a row a product takes `18 (2p + 1)` flops a row and moves `64 (p + 1)` bytes of
-//! blocks, `8 (2p + 1)` of places and 48 of vectors: on a sheet with tension, shear and bending
-//! springs (`p` = 6) 234 flops and 600 bytes, against 1036 bytes in compressed rows. The blocks
-//! left of the diagonal belong to earlier rows. Where coupled rows have near numbers, these are
-//! still in cache.
+//! With `p` springs a row a product takes `23 p + 3` flops a row and moves `36 p` bytes of springs
+//! and their ends, 16 of mass and places, and 72 of vectors: on a sheet with tension, shear and
+//! bending springs (`p` = 6) 141 flops and 304 bytes, against 234 flops and 1036 bytes in
+//! compressed rows. The springs from earlier rows wrote to `y`. Where coupled rows have near
+//! numbers, it is still in cache.
 //!
-//! Tried with steps of Baraff and Witkin's method on 2704 rows in disorder, on one core of a busy
-//! Zen 4, least time of many steps:
+//! Products of square sheets in disorder, renumbered from 1000 rows on, on one core of a shared
+//! Zen 4, median µs:
 //!
-//! | tried | expected | a step |
-//! |---|---|---|
-//! | compressed rows, a search for each block | | 2.0 ms |
-//! | one line a pair, its place known; each column is one register | half the memory, a fourth of the instructions | 0.99 ms |
-//! | **four rows side by side**: a sum of 39 terms waits for each of them | products cost half as much | 0.94 ms |
+//! | tried | 400 rows | 2704 | 10 000 | 99 856 |
+//! |---|---|---|---|---|
+//! | six numbers a pair of rows in a line of the cache, four rows side by side: 600 bytes a row | 10.6 | 74 | 297 | 6900 |
+//! | four numbers a spring, read from both rows | 8.8 | 63 | 224 | 3630 |
+//! | **four numbers a spring, one force for both rows** | 5.7 | 41 | 151 | 2210 |
+//! | the same, vectors padded to four numbers | 7.0 | 47 | 174 | 2780 |
+//! | the same, eight springs at a time | 8.7 | 64 | 233 | 2750 |
+//! | two numbers a spring and the positions | 7.0 | 49 | 196 | 2220 |
 
 use crate::{Mat3, Vec3};
-use drape_kernels::blocks::{COLUMNS, LINE, PLACES, PairLines, six};
-use drape_kernels::planes::Aligned;
+use drape_kernels::blocks::{SIX, SpringBlock, SpringBlocks, six};
 use std::ops::Range;
 
-/// Rows summed side by side: each waits for its own sums only.
-const TOGETHER: usize = 4;
-
-/// A symmetric matrix of symmetric 3×3 blocks. Each coupled pair has one block, in a
-/// [`Line`](drape_kernels::blocks::Line) of the cache.
+/// A symmetric matrix of springs.
 #[derive(Clone, Debug)]
 pub(super) struct Pairs {
-    n: usize,
-    /// The lines of the diagonal, then of the pairs, then room for the last column's reach beyond
-    /// the last line.
-    numbers: Aligned,
-    /// Rows of each pair, the lower first; rising.
+    /// The multiple of the identity of each row.
+    own: Vec<f64>,
+    /// Further diagonal blocks, one a row: `xx, xy, xz, yy, yz, zz`. Empty if there are none.
+    general: Vec<[f64; 6]>,
+    springs: Vec<SpringBlock>,
+    /// Rows of each spring, the lower first; rising.
     ends: Vec<[u32; 2]>,
-    /// The pair of each edge given to [`new`](Self::new).
+    /// The spring of each edge given to [`new`](Self::new).
     slots: Vec<u32>,
-    /// The blocks of row `i` are `entries[starts[i]..starts[i + 1]]`: line and column of each, by
-    /// rising column.
-    entries: Vec<[u32; 2]>,
+    /// The springs of row `i` to later rows are `starts[i]..starts[i + 1]`.
     starts: Vec<usize>,
+    /// The higher row of each spring.
+    others: Vec<u32>,
+    /// The springs of row `j` from earlier rows are
+    /// `incoming[incoming_starts[j]..incoming_starts[j + 1]]`.
+    incoming: Vec<u32>,
+    incoming_starts: Vec<usize>,
+    /// The greatest distance of coupled rows.
+    reach: usize,
 }
 
 impl Pairs {
-    /// The zero matrix with room for `n` diagonal blocks and for each edge.
+    /// The zero matrix with `n` rows and room for a spring at each edge.
     pub(super) fn new(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
         assert!(n < u32::MAX as usize, "more rows than a u32 can number");
         let list: Vec<[u32; 2]> = edges
@@ -55,95 +69,133 @@ impl Pairs {
             .inspect(|&(i, j)| assert!(i < n && j < n, "edge ({i}, {j}) leaves the {n} rows"))
             .map(|(i, j)| [i.min(j) as u32, i.max(j) as u32])
             .collect();
-        let mut ends: Vec<_> = list.iter().copied().filter(|[i, j]| i != j).collect();
-        ends.sort_unstable();
-        ends.dedup();
-        assert!(n + ends.len() < u32::MAX as usize, "more blocks than a u32 can number");
-        let place = |pair| ends.binary_search(pair).map_or(u32::MAX, |slot| slot as u32);
-        let slots = list.iter().map(place).collect();
-        let (entries, starts) = rows(n, &ends);
-        let numbers = Aligned::zeros(0, LINE * (n + ends.len() + 1));
-        Self { n, numbers, ends, slots, entries, starts }
+        assert!(list.len() < u32::MAX as usize, "more springs than a u32 can number");
+        let mut order: Vec<u32> = (0..list.len() as u32).collect();
+        order.retain(|&edge| list[edge as usize][0] != list[edge as usize][1]);
+        order.sort_by_key(|&edge| list[edge as usize]);
+        let mut slots = vec![u32::MAX; list.len()];
+        (0..).zip(&order).for_each(|(slot, &edge)| slots[edge as usize] = slot);
+        let ends: Vec<_> = order.iter().map(|&edge| list[edge as usize]).collect();
+        let incoming_starts = starts(n, ends.iter().map(|[_, j]| *j));
+        let mut next = incoming_starts.clone();
+        let mut incoming = vec![0; ends.len()];
+        for (spring, [_, j]) in (0..).zip(&ends) {
+            let next = &mut next[*j as usize];
+            incoming[*next] = spring;
+            *next += 1;
+        }
+        Self {
+            own: vec![0.0; n],
+            general: Vec::new(),
+            springs: vec![[0.0; 4]; ends.len()],
+            slots,
+            starts: starts(n, ends.iter().map(|[i, _]| *i)),
+            others: ends.iter().map(|[_, j]| *j).collect(),
+            incoming,
+            incoming_starts,
+            reach: ends.iter().map(|[i, j]| (j - i) as usize).max().unwrap_or(0),
+            ends,
+        }
     }
 
     pub(super) fn n(&self) -> usize {
-        self.n
+        self.own.len()
     }
 
     pub(super) fn nonzeros(&self) -> usize {
-        self.n + 2 * self.ends.len()
+        self.n() + 2 * self.ends.chunk_by(|a, b| a == b).count()
     }
 
-    /// All coupled pairs.
+    /// The ends of all springs.
     pub(super) fn edges(&self) -> Vec<(usize, usize)> {
         self.ends.iter().map(|&[i, j]| (i as usize, j as usize)).collect()
     }
 
     pub(super) fn clear(&mut self) {
-        self.numbers.all_mut().fill(0.0);
+        self.own.fill(0.0);
+        self.general.clear();
+        self.springs.fill([0.0; 4]);
     }
 
     pub(super) fn add_diagonal(&mut self, i: usize, block: &Mat3) {
-        assert!(i < self.n, "row {i} of {}", self.n);
-        self.add_at(i, block, 1.0);
+        let a = block[(0, 0)];
+        if *block == Mat3::from_diagonal_element(a) {
+            self.own[i] += a;
+        } else {
+            self.add_general(i, SIX.map(|place| block[place]));
+        }
     }
 
-    pub(super) fn add_pair(&mut self, i: usize, j: usize, block: &Mat3) {
-        if i == j {
-            return;
+    fn add_general(&mut self, i: usize, block: [f64; 6]) {
+        self.general.resize(self.own.len(), [0.0; 6]);
+        for (sum, b) in self.general[i].iter_mut().zip(block) {
+            *sum += b;
         }
-        let line = self.line(i, j);
-        debug_assert!(line.is_some(), "the pattern has no pair ({i}, {j})");
-        let Some(line) = line else { return };
-        self.add_at(line, block, -1.0);
-        self.add_diagonal(i, block);
-        self.add_diagonal(j, block);
     }
 
     pub(super) fn get(&self, i: usize, j: usize) -> Mat3 {
-        self.line(i, j).map_or_else(Mat3::zeros, |line| {
-            let line = &self.numbers.all()[LINE * line..];
-            Mat3::from_fn(|row, column| line[COLUMNS[column] + row])
-        })
-    }
-
-    /// Cuts all couplings of row `i`, and sets its diagonal block to `scale(trace / 3)` times the
-    /// identity.
-    pub(super) fn fix(&mut self, i: usize, scale: impl Fn(f64) -> f64) {
-        let scale = scale(self.get(i, i).trace() / 3.0);
-        for &[line, _] in &self.entries[self.starts[i]..self.starts[i + 1]] {
-            self.numbers.all_mut()[LINE * line as usize..][..LINE].fill(0.0);
-        }
-        self.add_diagonal(i, &Mat3::from_diagonal_element(scale));
-    }
-
-    pub(super) fn lines_mut(&mut self) -> PairLines<'_> {
-        let Self { n, numbers, ends, slots, .. } = self;
-        let (lines, _) = numbers.all_mut().as_chunks_mut::<LINE>();
-        let (diagonal, pairs) = lines.split_at_mut(*n);
-        PairLines { diagonal, pairs: &mut pairs[..ends.len()], ends, slots }
+        let [xx, xy, xz, yy, yz, zz] = if i == j {
+            self.diagonal(i)
+        } else {
+            let ends = [i.min(j) as u32, i.max(j) as u32];
+            let first = self.ends.partition_point(|other| *other < ends);
+            let springs = self.ends[first..].iter().zip(&self.springs[first..]);
+            let between = springs.take_while(|(other, _)| **other == ends);
+            between.fold([0.0; 6], |sum, (_, spring)| subtracted(sum, six(*spring)))
+        };
+        Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
     /// `xx, xy, xz, yy, yz, zz` of diagonal block `i`.
     #[inline(always)]
     pub(super) fn diagonal(&self, i: usize) -> [f64; 6] {
-        six(self.numbers.all().as_chunks::<LINE>().0[i])
+        let own = self.own[i];
+        let mut sum = [own, 0.0, 0.0, own, 0.0, own];
+        if let Some(general) = self.general.get(i) {
+            sum = added(sum, *general);
+        }
+        for &spring in self.incoming(i) {
+            sum = added(sum, six(self.springs[spring as usize]));
+        }
+        for spring in &self.springs[self.outgoing(i)] {
+            sum = added(sum, six(*spring));
+        }
+        sum
     }
 
-    /// The line of block (i, j).
-    fn line(&self, i: usize, j: usize) -> Option<usize> {
-        if i == j {
-            return Some(i);
+    /// Cuts all couplings of row `i`, and sets its diagonal block to `scale(trace / 3)` times the
+    /// identity.
+    pub(super) fn fix(&mut self, i: usize, scale: impl Fn(f64) -> f64) {
+        let [xx, _, _, yy, _, zz] = self.diagonal(i);
+        let scale = scale((xx + yy + zz) / 3.0);
+        let incoming = self.incoming(i).iter().map(|&spring| spring as usize);
+        let springs: Vec<usize> = incoming.chain(self.outgoing(i)).collect();
+        for spring in springs {
+            let block = six(std::mem::take(&mut self.springs[spring]));
+            let [lower, higher] = self.ends[spring].map(|end| end as usize);
+            self.add_general(if lower == i { higher } else { lower }, block);
         }
-        let slot = self.ends.binary_search(&[i.min(j) as u32, i.max(j) as u32]).ok()?;
-        Some(self.n + slot)
+        if let Some(general) = self.general.get_mut(i) {
+            *general = [0.0; 6];
+        }
+        self.own[i] = scale;
     }
 
-    fn add_at(&mut self, line: usize, block: &Mat3, sign: f64) {
-        let line = &mut self.numbers.all_mut()[LINE * line..][..LINE];
-        for (number, place) in line.iter_mut().zip(PLACES) {
-            *number += sign * block[place];
-        }
+    pub(super) fn blocks_mut(&mut self) -> SpringBlocks<'_> {
+        let Self { own, general, springs, ends, slots, .. } = self;
+        SpringBlocks { own, general, springs, ends, slots }
+    }
+
+    /// The springs of row `i` to later rows.
+    #[inline(always)]
+    fn outgoing(&self, i: usize) -> Range<usize> {
+        self.starts[i]..self.starts[i + 1]
+    }
+
+    /// The springs of row `j` from earlier rows, in their order.
+    #[inline(always)]
+    fn incoming(&self, j: usize) -> &[u32] {
+        &self.incoming[self.incoming_starts[j]..self.incoming_starts[j + 1]]
     }
 
     /// These rows of `A x`, into `y`.
@@ -151,49 +203,57 @@ impl Pairs {
         pulp::Arch::new().dispatch(Product { matrix: self, first: rows.start, x, y });
     }
 
-    /// The products of `N` rows, from row `first`, with `x`.
-    #[inline(always)]
-    fn products<const N: usize>(&self, numbers: &[f64], first: usize, x: &[Vec3]) -> [Vec3; N] {
-        let starts = &self.starts[first..][..N + 1];
-        let rows: [&[[u32; 2]]; N] =
-            std::array::from_fn(|k| &self.entries[starts[k]..starts[k + 1]]);
-        let common = rows.iter().map(|row| row.len()).min().unwrap_or(0);
-        let mut sums = [[0.0; 4]; N];
-        for e in 0..common {
-            for (sum, row) in sums.iter_mut().zip(rows) {
-                add_block(sum, numbers, row[e], x);
+    /// As [`multiply`](Self::multiply), row by row: each force is computed at both ends.
+    #[cfg(test)]
+    pub(super) fn multiply_reference(&self, x: &[Vec3], y: &mut [Vec3]) {
+        for (i, y) in y.iter_mut().enumerate() {
+            *y = x[i] * self.own[i];
+            if let Some(general) = self.general.get(i) {
+                add_product(y, general, &x[i]);
+            }
+            for &spring in self.incoming(i) {
+                let spring = spring as usize;
+                *y -= force(&self.springs[spring], &(x[self.ends[spring][0] as usize] - x[i]));
+            }
+            for spring in self.outgoing(i) {
+                *y += force(&self.springs[spring], &(x[i] - x[self.ends[spring][1] as usize]));
             }
         }
-        for (sum, row) in sums.iter_mut().zip(rows) {
-            row[common..].iter().for_each(|entry| add_block(sum, numbers, *entry, x));
-        }
-        sums.map(|sum| Vec3::new(sum[0], sum[1], sum[2]))
     }
 }
 
-/// Lines and columns of the blocks of `n` rows, and the start of each row.
-fn rows(n: usize, ends: &[[u32; 2]]) -> (Vec<[u32; 2]>, Vec<usize>) {
+/// Where the springs of each of `n` rows start in a list that rises by these rows.
+fn starts(n: usize, rows: impl Iterator<Item = u32>) -> Vec<usize> {
     let mut starts = vec![0; n + 1];
-    for i in 0..n {
-        starts[i + 1] = 1;
-    }
-    ends.iter().flatten().for_each(|i| starts[*i as usize + 1] += 1);
+    rows.for_each(|row| starts[row as usize + 1] += 1);
     for i in 0..n {
         starts[i + 1] += starts[i];
     }
-    let mut next = starts.clone();
-    let mut entries = vec![[0; 2]; n + 2 * ends.len()];
-    let mut push = |row: u32, line: u32, column: u32| {
-        let next = &mut next[row as usize];
-        entries[*next] = [line, column];
-        *next += 1;
-    };
-    // Pairs rise by their lower row: first the blocks left of the diagonal.
-    let pairs = || (n as u32..).zip(ends);
-    pairs().for_each(|(line, &[i, j])| push(j, line, i));
-    (0..n as u32).for_each(|i| push(i, i, i));
-    pairs().for_each(|(line, &[i, j])| push(i, line, j));
-    (entries, starts)
+    starts
+}
+
+#[inline(always)]
+fn added(a: [f64; 6], b: [f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+#[inline(always)]
+fn subtracted(a: [f64; 6], b: [f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|k| a[k] - b[k])
+}
+
+#[inline(always)]
+fn add_product(y: &mut Vec3, [xx, xy, xz, yy, yz, zz]: &[f64; 6], x: &Vec3) {
+    y.x += xx * x.x + xy * x.y + xz * x.z;
+    y.y += xy * x.x + yy * x.y + yz * x.z;
+    y.z += xz * x.x + yz * x.y + zz * x.z;
+}
+
+/// The product of a spring's block with the difference `d` of its ends.
+#[inline(always)]
+fn force([wx, wy, wz, a]: &SpringBlock, d: &Vec3) -> Vec3 {
+    let along = wx * d.x + wy * d.y + wz * d.z;
+    Vec3::new(a * d.x + wx * along, a * d.y + wy * along, a * d.z + wz * along)
 }
 
 struct Product<'a> {
@@ -210,28 +270,40 @@ impl pulp::WithSimd for Product<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Self { matrix, first, x, y } = self;
-        let numbers = matrix.numbers.all();
-        let (groups, rest) = y.as_chunks_mut::<TOGETHER>();
-        let first_of_rest = first + TOGETHER * groups.len();
-        for (g, y) in groups.iter_mut().enumerate() {
-            *y = matrix.products(numbers, first + TOGETHER * g, x);
+        let rows = first..first + y.len();
+        let own = matrix.own[rows.clone()].iter().zip(&x[rows.clone()]);
+        for (y, (own, x)) in y.iter_mut().zip(own) {
+            *y = x * *own;
         }
-        for (k, y) in rest.iter_mut().enumerate() {
-            [*y] = matrix.products(numbers, first_of_rest + k, x);
+        if !matrix.general.is_empty() {
+            let general = matrix.general[rows.clone()].iter().zip(&x[rows.clone()]);
+            y.iter_mut().zip(general).for_each(|(y, (block, x))| add_product(y, block, x));
         }
-    }
-}
-
-/// Adds the product of a block with its part of `x`, column by column. The fourth number means
-/// nothing.
-#[inline(always)]
-fn add_block(sum: &mut [f64; 4], numbers: &[f64], [line, column]: [u32; 2], x: &[Vec3]) {
-    let line = &numbers[LINE * line as usize..][..LINE + 1];
-    let x = &x[column as usize];
-    for (begin, x) in COLUMNS.into_iter().zip([x.x, x.y, x.z]) {
-        let column = [line[begin], line[begin + 1], line[begin + 2], line[begin + 3]];
-        for k in 0..4 {
-            sum[k] += column[k] * x;
+        if first > 0 {
+            // Springs from rows before the band.
+            for j in first..rows.end.min(first + matrix.reach) {
+                for &spring in matrix.incoming(j) {
+                    let i = matrix.ends[spring as usize][0] as usize;
+                    if i < first {
+                        y[j - first] -= force(&matrix.springs[spring as usize], &(x[i] - x[j]));
+                    }
+                }
+            }
+        }
+        for i in rows {
+            let springs = matrix.outgoing(i);
+            let others = &matrix.others[springs.clone()];
+            let (here, mut sum) = (x[i], y[i - first]);
+            for (spring, &other) in matrix.springs[springs].iter().zip(others) {
+                let other = other as usize;
+                let force = force(spring, &(here - x[other]));
+                sum += force;
+                // The other end may belong to a later band.
+                if let Some(y) = y.get_mut(other - first) {
+                    *y -= force;
+                }
+            }
+            y[i - first] = sum;
         }
     }
 }

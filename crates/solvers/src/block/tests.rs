@@ -1,9 +1,10 @@
-//! The layouts against each other bit by bit, and compressed rows against dense matrices.
+//! Bands against compressed rows bit by bit, springs against their readable form bit by bit and
+//! against compressed rows, and compressed rows against dense matrices.
 
 use super::*;
 use crate::test_support::{dense_blocks, dense_filter, flat, graph, random_blocks, random_filter};
 use crate::{BlockJacobi, Norm, PcgSettings, PcgWorkspace, Reference, SolveStatus, filtered_pcg};
-use drape_kernels::blocks::PairLines;
+use drape_kernels::blocks::{SpringBlock, SpringBlocks};
 use drape_kernels::testing::{Random, assert_same_bits};
 use proptest::prelude::*;
 
@@ -74,6 +75,91 @@ fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
     }
 }
 
+/// Writes the blocks of the springs at all edges.
+fn write_springs(a: &mut BlockMatrix, blocks: &[SpringBlock]) {
+    let Some(BlockLayout::Pairs(matrix)) = a.fast_layout() else { panic!("no matrix of springs") };
+    assert_eq!(matrix.slots.len(), blocks.len());
+    for (&slot, block) in matrix.slots.iter().zip(blocks) {
+        if let Some(place) = matrix.springs.get_mut(slot as usize) {
+            *place = *block;
+        }
+    }
+}
+
+/// Random springs in compressed rows and in blocks of their own.
+fn springs(n: usize, edges: &Edges, random: &mut Random) -> [BlockMatrix; 2] {
+    let mut both = [Coupling::Rows, Coupling::Pairs]
+        .map(|coupling| BlockMatrix::new(n, &coupling, edges.iter().copied()));
+    for i in 0..n {
+        let own = Mat3::from_diagonal_element(1.5 + random.unit());
+        both.iter_mut().for_each(|a| a.add_diagonal(i, &own));
+    }
+    let block = |random: &mut Random| {
+        let w = random.vector();
+        [w.x, w.y, w.z, random.unit()]
+    };
+    let blocks: Vec<_> = edges.iter().map(|_| block(random)).collect();
+    for (&(i, j), [wx, wy, wz, a]) in edges.iter().zip(&blocks) {
+        let w = Vec3::new(*wx, *wy, *wz);
+        both[0].add_pair(i, j, &(w * w.transpose() + Mat3::from_diagonal_element(*a)));
+    }
+    write_springs(&mut both[1], &blocks);
+    both
+}
+
+fn assert_close(case: &str, a: &[Vec3], b: &[Vec3]) {
+    let distance = a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    assert!(distance < 1e-11, "{case}: {distance}");
+}
+
+/// Compares all operations of a matrix of springs with its readable form and with compressed rows.
+fn assert_same_springs(n: usize, edges: &Edges, seed: u64) {
+    let mut random = Random::new(seed);
+    let [rows, fast] = springs(n, edges, &mut random);
+    let x = random.vectors(n);
+    let assert_same = |case: &str, rows: &BlockMatrix, fast: &BlockMatrix| {
+        assert_close(case, &product(rows, &x), &product(fast, &x));
+        let Layout::Pairs(pairs) = &fast.layout else { panic!("{case}: another layout") };
+        let mut y = vec![Vec3::repeat(f64::NAN); n];
+        pairs.multiply_reference(&x, &mut y);
+        assert_same_bits(case, &y, &product(fast, &x));
+        for (i, j) in (0..n).flat_map(|i| [(i, i), (i, (i * 7 + 1) % n), (i, (i + 1) % n)]) {
+            let distance = (rows.get(i, j) - fast.get(i, j)).norm();
+            assert!(distance < 1e-12, "{case}, ({i}, {j}): {distance}");
+            assert_eq!(fast.get(i, j), fast.get(j, i).transpose());
+        }
+        assert_close(case, &product(&fast.rows().into_owned().into(), &x), &product(fast, &x));
+    };
+    assert_same("springs", &rows, &fast);
+
+    // Held particles keep the layout; particles on planes and lines change it.
+    let (mut held, mut any) = (Constraints::free(n), Constraints::free(n));
+    for i in (0..n).filter(|i| i % 5 < 2) {
+        held.set(i, Filter::Fixed, Vec3::zeros());
+        any.set(i, Filter::Plane { normal: Vec3::x() }, Vec3::zeros());
+    }
+    let [mut rows_held, mut fast_held] = [&rows, &fast].map(BlockMatrix::clone);
+    rows_held.project(&held);
+    fast_held.project(&held);
+    assert_same("held", &rows_held, &fast_held);
+    let [mut rows_any, mut fast_any] = [&rows, &fast].map(BlockMatrix::clone);
+    rows_any.project(&any);
+    fast_any.project(&any);
+    assert_eq!(fast_any.coupling(), Coupling::Rows);
+    assert_close("projected", &product(&rows_any, &x), &product(&fast_any, &x));
+    // Any block between rows changes it, too.
+    if let Some(&(i, j)) = edges.iter().find(|(i, j)| i != j) {
+        let [mut rows, mut fast] = [rows, fast];
+        let block = Mat3::identity() - x[0] * x[0].transpose();
+        [&mut rows, &mut fast].into_iter().for_each(|a| a.add_pair(i, j, &block));
+        assert_eq!(fast.coupling(), Coupling::Rows);
+        assert_close("another block", &product(&rows, &x), &product(&fast, &x));
+        // The values before a clearing do not matter.
+        fast_held.clear();
+        assert_eq!(product(&fast_held, &x), vec![Vec3::zeros(); n]);
+    }
+}
+
 /// However many threads share a product, and solves with it, the bits are the same: on sheets whose
 /// last block, group and register are full or not.
 #[test]
@@ -92,9 +178,15 @@ fn threads_change_no_bit() {
         for coupling in [Coupling::Rows, Coupling::Pairs, bands(&offsets)] {
             let mut a = BlockMatrix::new(n, &coupling, edges.iter().copied());
             (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
-            for (&(i, j), d) in edges.iter().zip(&blocks) {
-                a.add_pair(i, j, &(d * d.transpose()));
+            if coupling == Coupling::Pairs {
+                let blocks: Vec<_> = blocks.iter().map(|d| [d.x, d.y, d.z, 0.1]).collect();
+                write_springs(&mut a, &blocks);
+            } else {
+                for (&(i, j), d) in edges.iter().zip(&blocks) {
+                    a.add_pair(i, j, &(d * d.transpose()));
+                }
             }
+            assert_eq!(a.coupling(), coupling);
             let mut diagonal = BlockJacobi::new(&a);
             diagonal.update(&a).unwrap();
             let [one, several @ ..] = [1, 2, 3, 7].map(|bands| {
@@ -165,28 +257,30 @@ proptest! {
     }
 
     #[test]
-    fn any_pairs_are_compressed_rows((n, edges) in graph(60), seed in any::<u64>()) {
-        assert_same_matrix(n, &edges, &Coupling::Pairs, seed);
+    fn any_springs_are_compressed_rows((n, edges) in graph(60), seed in any::<u64>()) {
+        assert_same_springs(n, &edges, seed);
         let all = |coupling| BlockMatrix::new(n, &coupling, edges.iter().copied()).nonzeros();
         prop_assert_eq!(all(Coupling::Pairs), all(Coupling::Rows));
     }
 
-    /// A block written to the line of an edge is the block of that edge.
+    /// A block written to the place of an edge is the block of that edge, which no other edge
+    /// shares.
     #[test]
-    fn every_edge_remembers_its_pair((n, edges) in graph(30)) {
+    fn every_edge_remembers_its_spring((n, edges) in graph(30)) {
         let mut pairs = Pairs::new(n, edges.iter().copied());
-        let PairLines { diagonal, pairs: lines, ends, slots } = pairs.lines_mut();
-        prop_assert_eq!((diagonal.len(), lines.len(), slots.len()), (n, ends.len(), edges.len()));
+        let SpringBlocks { own, springs, ends, slots, .. } = pairs.blocks_mut();
+        prop_assert_eq!((own.len(), springs.len(), slots.len()), (n, ends.len(), edges.len()));
         for (&(i, j), &slot) in edges.iter().zip(slots).filter(|((i, j), _)| i != j) {
             prop_assert_eq!(ends[slot as usize], [i.min(j) as u32, i.max(j) as u32]);
-            let tag = (i.min(j) * n + i.max(j)) as f64;
-            lines[slot as usize] = [0.0, 1.0, 2.0, 3.0, 4.0, 1.0, 5.0, 3.0].map(|a| a + tag);
+            prop_assert_eq!(springs[slot as usize], [0.0; 4]);
+            springs[slot as usize] = [0.0, 1.0, 2.0, 3.0];
         }
+        prop_assert!(springs.iter().all(|spring| *spring == [0.0, 1.0, 2.0, 3.0]));
+        let block = Mat3::new(3.0, 0.0, 0.0, 0.0, 4.0, 2.0, 0.0, 2.0, 7.0);
         for &(i, j) in edges.iter().filter(|(i, j)| i != j) {
-            let tag = (i.min(j) * n + i.max(j)) as f64;
-            let expected = Mat3::new(0.0, 1.0, 2.0, 1.0, 5.0, 3.0, 2.0, 3.0, 4.0).add_scalar(tag);
-            prop_assert_eq!(pairs.get(i, j), expected);
-            prop_assert_eq!(pairs.get(j, i), expected);
+            let count = edges.iter().filter(|edge| [(i, j), (j, i)].contains(edge)).count();
+            prop_assert_eq!(pairs.get(i, j), -block * count as f64);
+            prop_assert_eq!(pairs.get(j, i), -block * count as f64);
         }
     }
 

@@ -362,11 +362,11 @@ mod tests {
     }
 
     #[test]
-    fn other_layouts_have_the_factor_of_their_rows() {
+    fn bands_have_the_factor_of_their_rows() {
         let (n, edges) = (20, (1..20).map(|i| (i - 1, i)).collect::<Vec<_>>());
         let mut random = Random::new(23);
         let b = random.vectors(n);
-        let solutions = [Coupling::Rows, Coupling::Pairs, Coupling::Bands(vec![1])].map(|layout| {
+        let solutions = [Coupling::Rows, Coupling::Bands(vec![1])].map(|layout| {
             let mut a = BlockMatrix::new(n, &layout, edges.iter().copied());
             (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
             edges.iter().for_each(|&(i, j)| a.add_pair(i, j, &(b[i] * b[i].transpose())));
@@ -376,7 +376,6 @@ mod tests {
             factor.solve(&b, &mut x);
             x
         });
-        assert_same_bits("pairs", &solutions[0], &solutions[1]);
-        assert_same_bits("bands", &solutions[0], &solutions[2]);
+        assert_same_bits("bands", &solutions[0], &solutions[1]);
     }
 }

@@ -2,11 +2,14 @@
 
 use super::diagonals::Diagonals;
 use super::sweep::{Law, Pass, Springs, Windows};
-use super::{tangent, tests};
+use super::{COLLAPSED, pairs, tangent, tests};
+use crate::effects::Spring;
 use crate::{
     BlockSink, Level, Linearised, Mat3, State, StiffnessProduct, System, Tangent, Vec3, parse,
 };
-use drape_kernels::blocks::{BandPlanes, BlockLayout, Coupling, PLACES, PairLines, SIX};
+use drape_kernels::blocks::{
+    BandPlanes, BlockLayout, Coupling, SIX, SpringBlock, SpringBlocks, six,
+};
 use drape_kernels::testing::{Random, assert_same_bits};
 use drape_kernels::vector::BLOCK;
 use proptest::prelude::*;
@@ -48,8 +51,9 @@ struct Memory {
     stride: usize,
     lead: usize,
     planes: Vec<f64>,
-    diagonal: Vec<[f64; 8]>,
-    pairs: Vec<[f64; 8]>,
+    own: Vec<f64>,
+    general: Vec<[f64; 6]>,
+    springs: Vec<SpringBlock>,
     ends: Vec<[u32; 2]>,
     slots: Vec<u32>,
 }
@@ -61,10 +65,11 @@ impl Memory {
         for effect in system.effects() {
             effect.visit_pairs(&mut |i, j| list.push([i.min(j) as u32, i.max(j) as u32]));
         }
-        let mut ends = list.clone();
-        ends.sort_unstable();
-        ends.dedup();
-        let slots = list.iter().map(|pair| ends.binary_search(pair).unwrap() as u32).collect();
+        let mut order: Vec<usize> = (0..list.len()).collect();
+        order.sort_by_key(|spring| list[*spring]);
+        let ends = order.iter().map(|spring| list[*spring]).collect();
+        let mut slots = vec![0; list.len()];
+        (0..).zip(&order).for_each(|(slot, spring)| slots[*spring] = slot);
         let offsets = match system.coupling(with_jacobian(system)) {
             Coupling::Bands(offsets) => offsets,
             Coupling::Pairs | Coupling::Rows => vec![1],
@@ -73,32 +78,58 @@ impl Memory {
         let (stride, lead) = (n + 2 * reach + 16, reach + 3);
         let mut planes = vec![0.0; 6 * (offsets.len() + 1) * stride];
         planes.chunks_mut(stride).for_each(|plane| plane[lead..lead + n].fill(7.0));
-        let (diagonal, pairs) = (vec![[7.0; 8]; n], vec![[7.0; 8]; ends.len()]);
-        Self { n, offsets, stride, lead, planes, diagonal, pairs, ends, slots }
+        let (own, general) = (vec![7.0; n], vec![[7.0; 6]; n]);
+        let springs = vec![[7.0; 4]; list.len()];
+        Self { n, offsets, stride, lead, planes, own, general, springs, ends, slots }
     }
 
     /// The layout for an effect's springs.
     fn layout(&mut self, coupling: &Coupling) -> BlockLayout<'_> {
-        let Self { offsets, stride, lead, planes, diagonal, pairs, ends, slots, .. } = self;
+        let Self { offsets, stride, lead, planes, own, general, springs, ends, slots, .. } = self;
         match coupling {
             Coupling::Bands(_) => {
                 BlockLayout::Bands(BandPlanes { planes, stride: *stride, lead: *lead, offsets })
             }
-            _ => BlockLayout::Pairs(PairLines { diagonal, pairs, ends, slots }),
+            _ => BlockLayout::Pairs(SpringBlocks { own, general, springs, ends, slots }),
         }
     }
 
-    /// The block of particles `i ≤ j`, from the numbers of a layout.
-    fn block(&self, coupling: &Coupling, i: usize, j: usize) -> Vec<f64> {
-        match coupling {
-            Coupling::Bands(offsets) => {
-                let band = if i == j { 0 } else { 1 + offsets.binary_search(&(j - i)).unwrap() };
-                (0..6).map(|c| self.planes[(6 * band + c) * self.stride + self.lead + i]).collect()
-            }
-            _ if i == j => self.diagonal[i].to_vec(),
-            _ => self.pairs[self.ends.binary_search(&[i as u32, j as u32]).unwrap()].to_vec(),
-        }
+    /// The numbers of the block of particles `i ≤ j` along bands.
+    fn block(&self, i: usize, j: usize) -> Vec<f64> {
+        let band = if i == j { 0 } else { 1 + self.offsets.binary_search(&(j - i)).unwrap() };
+        (0..6).map(|c| self.planes[(6 * band + c) * self.stride + self.lead + i]).collect()
     }
+
+    /// All blocks of the springs and masses, summed.
+    fn summed(&self) -> HashMap<(usize, usize), Mat3> {
+        assert!(self.general.is_empty());
+        let mut sums = Reference { blocks: HashMap::new(), product: None };
+        for (i, own) in self.own.iter().enumerate() {
+            sums.blocks.insert((i, i), Mat3::from_diagonal_element(*own));
+        }
+        for (&[i, j], spring) in self.ends.iter().zip(&self.springs) {
+            let [xx, xy, xz, yy, yz, zz] = six(*spring);
+            let block = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+            sums.add_pair(i as usize, j as usize, &block);
+        }
+        sums.blocks
+    }
+}
+
+/// The readable form of the block of a spring.
+fn spring_block(s: &Spring, at: &Linearised<'_>, is_damped: bool) -> SpringBlock {
+    let (i, j) = s.ends();
+    let d = at.x[i] - at.x[j];
+    let length = (d.x * d.x + d.y * d.y + d.z * d.z).sqrt();
+    let far = length > COLLAPSED * s.rest_length;
+    let (u, over) = if far { (d / length, s.rest_length / length) } else { (Vec3::zeros(), 0.0) };
+    let across = match at.tangent {
+        Tangent::Exact => 1.0 - over,
+        Tangent::Projected => (1.0 - over).max(0.0),
+    };
+    let (stiffness, damping) = (at.stiffness_scale * s.stiffness, at.damping_scale * s.damping);
+    let w = u * (stiffness * (1.0 - across)).sqrt();
+    [w.x, w.y, w.z, stiffness * across + if is_damped { damping } else { 0.0 }]
 }
 
 fn with_jacobian(system: &System) -> impl Iterator<Item = &dyn crate::Effect> + Clone {
@@ -133,15 +164,31 @@ fn assert_same_matrix(system: &System, state: &State, tangent: Tangent) {
         let layout = memory.layout(&coupling);
         assert!(system.linearise(with_jacobian(system), &at(&state.x, tangent), layout, product));
         assert_same_bits("product", &expected, &fast);
+        if coupling == Coupling::Pairs {
+            let mut slots = memory.slots.iter();
+            for effect in with_jacobian(system) {
+                let springs = pairs::listed(effect, system.mass()).unwrap();
+                springs.list.each(|s| {
+                    let expected = spring_block(s, &at(&state.x, tangent), springs.law.is_damped());
+                    let block = &memory.springs[*slots.next().unwrap() as usize];
+                    assert_same_bits((s.i, s.j), &expected.to_vec(), &block.to_vec());
+                });
+            }
+            let summed = memory.summed();
+            for (place, block) in &reference.blocks {
+                let distance = (block - summed[place]).norm();
+                assert!(distance < 1e-12 * (1.0 + block.norm()), "{place:?}: {distance}");
+            }
+            continue;
+        }
         for (&(i, j), block) in &reference.blocks {
-            let places = if coupling == Coupling::Pairs { &PLACES[..] } else { &SIX[..] };
-            let expected: Vec<f64> = places.iter().map(|place| block[*place]).collect();
-            assert_same_bits((i, j), &expected, &memory.block(&coupling, i, j));
+            let expected: Vec<f64> = SIX.iter().map(|place| block[*place]).collect();
+            assert_same_bits((i, j), &expected, &memory.block(i, j));
         }
         if let Coupling::Bands(offsets) = &coupling {
             for (i, o) in (0..memory.n).flat_map(|i| offsets.iter().map(move |o| (i, o))) {
                 if !reference.blocks.contains_key(&(i, i + o)) {
-                    assert_same_bits((i, o), &vec![0.0; 6], &memory.block(&coupling, i, i + o));
+                    assert_same_bits((i, o), &vec![0.0; 6], &memory.block(i, i + o));
                 }
             }
         }
@@ -268,9 +315,20 @@ fn a_table_of_other_springs_is_refused_and_nothing_is_written() {
         let product = Some(StiffnessProduct { w: &state.v, out: &mut out });
         let at = at(&state.x, Tangent::Exact);
         assert!(!system.linearise(system.effects(), &at, layout, product));
-        assert_eq!((out, memory.diagonal), (state.x.clone(), vec![[7.0; 8]; 9]));
-        assert!(memory.pairs.iter().flatten().all(|number| *number == 7.0));
+        assert_eq!((out, memory.own), (state.x.clone(), vec![7.0; 9]));
+        assert_eq!(memory.general, vec![[7.0; 6]; 9]);
+        assert!(memory.springs.iter().flatten().all(|number| *number == 7.0));
     }
+}
+
+/// No real vector has a square below zero.
+#[test]
+fn a_negative_factor_of_the_stiffness_is_refused_on_meshes() {
+    let (system, state) = mesh(9, 40, 0.4, "full", &mut Random::new(5));
+    let mut memory = Memory::new(&system);
+    let at = Linearised { stiffness_scale: -0.3, ..at(&state.x, Tangent::Exact) };
+    assert!(!system.linearise(system.effects(), &at, memory.layout(&Coupling::Pairs), None));
+    assert!(memory.springs.iter().flatten().all(|number| *number == 7.0));
 }
 
 #[test]

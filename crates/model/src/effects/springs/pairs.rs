@@ -3,34 +3,30 @@
 //! # How it goes
 //!
 //! The springs come in batches, as in [`super::batch`]. A batch reads the differences of positions
-//! and of a vector `w` spring by spring. It computes the blocks
-//! `S = σ k [ûûᵀ + (1 − ℓ/L)(I − ûûᵀ)]` and the forces of all its springs, then adds them one after
-//! the other. A [table](PairLines::slots) in the order of the springs gives the place of each
-//! block. A block is a line of eight numbers, which one operation adds.
+//! and of a vector `w` spring by spring, and computes the blocks and forces of all its springs. With
+//! full damping, or none, the block of a spring is `a I + q qᵀ`:
 //!
-//! All sums have the order of the reference form through [`BlockSink`](crate::BlockSink): spring
-//! after spring, all stiffnesses of an effect before its damping. So both forms give the same bits.
+//! `a = σ k (1 − ℓ/L) + τ c`, `q = √(σ k ℓ/L) û`
+//!
+//! (`ℓ/L` is at most 1 with [`Tangent::Projected`]). Each spring has a block of its own, which the
+//! sweep writes once, in the place that a [table](SpringBlocks::slots) gives. Nothing is summed but
+//! the forces, spring after spring as in the reference form.
 //!
 //! # What it costs
 //!
-//! A spring takes the flops of [`super::tangent`]. It reads and writes three lines, two of
-//! particles and one of the pair, and once more for full damping. If the springs are sorted by
-//! their ends, the next springs find these lines in the cache. Each call compares the table with
+//! A spring takes the flops of [`super::tangent`] and another square root. It writes 32 bytes and
+//! reads two particles. If the springs are sorted by their ends, the next springs find these in the
+//! cache, and each effect writes its blocks one after the other. Each call compares the table with
 //! the springs, 12 bytes per spring, so that it never writes to a matrix of other springs.
 //!
-//! On a sheet of 52 × 52 particles in disorder, one core of a busy Zen 4, a step of Baraff and
-//! Witkin's method:
-//!
-//! | matrix | a step | of it adding blocks | computing them |
-//! |---|---|---|---|
-//! | compressed rows | 2.0 ms | 29 % | 18 % |
-//! | this sweep | 0.95 ms | 21 % with computing | |
+//! On a sheet of 316 × 316 particles in disorder the sweep takes about a quarter of a step of Baraff
+//! and Witkin's method.
 
 use super::listed::Listed;
 use super::sweep::{ListedSprings, Pass};
-use super::tangent::{Linearised, StiffnessProduct, unit_block};
+use super::tangent::{Linearised, StiffnessProduct, unit_block, unit_direction};
 use crate::{Effect, Part, Tangent, Vec3};
-use drape_kernels::blocks::{LINE, Line, PairLines, line};
+use drape_kernels::blocks::{SpringBlock, SpringBlocks};
 
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
@@ -38,7 +34,7 @@ const BATCH: usize = 64;
 /// Whether the table of the matrix belongs to these springs, and the matrix has one row per
 /// particle.
 fn suits<'a>(
-    matrix: &PairLines<'_>,
+    matrix: &SpringBlocks<'_>,
     lists: impl Iterator<Item = &'a Listed>,
     particles: usize,
 ) -> bool {
@@ -50,8 +46,8 @@ fn suits<'a>(
     let mut ends = lists.flat_map(|list| &list.ends);
     ends.all(|ends| is_known(&mut slots, *ends))
         && slots.next().is_none()
-        && matrix.ends.len() == matrix.pairs.len()
-        && matrix.diagonal.len() == particles
+        && matrix.ends.len() == matrix.springs.len()
+        && matrix.own.len() == particles
 }
 
 /// The springs of an effect with its full damping, if they are listed.
@@ -63,98 +59,84 @@ pub(crate) fn listed<'a>(effect: &'a dyn Effect, mass: &'a [f64]) -> Option<List
 }
 
 /// Overwrites `matrix` with `M + σ K + τ D` and adds `K w` to `product`, if it is given. Returns
-/// `false` and does nothing if the table of the matrix belongs to other springs.
+/// `false` and does nothing if the table of the matrix belongs to other springs, or for a negative
+/// `σ`.
 pub(crate) fn add<'a>(
     springs: impl Iterator<Item = ListedSprings<'a>> + Clone,
     mass: &[f64],
     at: &Linearised<'_>,
-    mut matrix: PairLines<'_>,
+    matrix: SpringBlocks<'_>,
     mut product: Option<StiffnessProduct<'_>>,
 ) -> bool {
     let n = mass.len();
     let lengths = product.as_ref().map_or([n; 2], |p| [p.w.len(), p.out.len()]);
     assert!(at.x.len() == n && lengths == [n; 2], "one vector a particle");
-    if !suits(&matrix, springs.clone().map(|s| s.list), n) {
+    if at.stiffness_scale < 0.0 || !suits(&matrix, springs.clone().map(|s| s.list), n) {
         return false;
     }
-    for (line, &m) in matrix.diagonal.iter_mut().zip(mass) {
-        *line = diagonal_line(m);
-    }
-    matrix.pairs.fill([0.0; LINE]);
+    matrix.own.copy_from_slice(mass);
+    matrix.general.clear();
     let mut slots = matrix.slots;
     for ListedSprings { list, law } in springs {
         let (own, rest) = slots.split_at(list.ends.len());
         slots = rest;
-        let (is_damped, matrix) = (law.is_damped(), &mut matrix);
+        let damping_scale = if law.is_damped() { at.damping_scale } else { 0.0 };
+        let blocks = &mut *matrix.springs;
         // Without a product the kernel computes the forces of any vector, and nothing reads them.
         let (w, out) = match &mut product {
             Some(StiffnessProduct { w, out }) => (*w, Some(&mut **out)),
             None => (at.x, None),
         };
-        pulp::Arch::new().dispatch(Batches { list, is_damped, slots: own, at, matrix, w, out });
+        let at = Linearised { damping_scale, ..*at };
+        pulp::Arch::new().dispatch(Batches { list, slots: own, at, blocks, w, out });
     }
     true
 }
 
-/// The line of a multiple of the identity.
-#[inline(always)]
-fn diagonal_line(a: f64) -> Line {
-    line([a, 0.0, 0.0, a, 0.0, a])
-}
-
 /// The springs of one effect.
-struct Batches<'a, 'b> {
+struct Batches<'a> {
     list: &'a Listed,
-    is_damped: bool,
     slots: &'a [u32],
-    at: &'a Linearised<'a>,
-    matrix: &'a mut PairLines<'b>,
+    at: Linearised<'a>,
+    blocks: &'a mut [SpringBlock],
     w: &'a [Vec3],
     out: Option<&'a mut [Vec3]>,
 }
 
-impl pulp::WithSimd for Batches<'_, '_> {
+impl pulp::WithSimd for Batches<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { list, is_damped, slots, at, matrix, w, out } = self;
-        let at = (at, w);
-        match at.0.tangent {
-            Tangent::Exact => add_stiffness(list, slots, at, |t| t, matrix, out),
-            Tangent::Projected => add_stiffness(list, slots, at, |t| t.max(0.0), matrix, out),
-        }
-        if is_damped {
-            for ((ends, slot), c) in list.ends.iter().zip(slots).zip(&list.damping) {
-                add_line(matrix, *ends, *slot, &diagonal_line(at.0.damping_scale * c));
-            }
+        match self.at.tangent {
+            Tangent::Exact => self.write(|t| t),
+            Tangent::Projected => self.write(|t| t.max(0.0)),
         }
     }
 }
 
-/// Adds `S` and the forces of all springs.
-#[inline(always)]
-fn add_stiffness(
-    list: &Listed,
-    slots: &[u32],
-    (at, w): (&Linearised<'_>, &[Vec3]),
-    law: impl Fn(f64) -> f64,
-    matrix: &mut PairLines<'_>,
-    mut out: Option<&mut [Vec3]>,
-) {
-    let mut batch = Batch::default();
-    let parameters = list.rest_length.chunks(BATCH).zip(list.stiffness.chunks(BATCH));
-    let places = list.ends.chunks(BATCH).zip(slots.chunks(BATCH));
-    for ((ends, slots), (rest_length, stiffness)) in places.zip(parameters) {
-        batch.read(ends, at.x, w);
-        batch.compute(rest_length, stiffness, at.stiffness_scale, &law);
-        for (t, (&[i, j], &slot)) in ends.iter().zip(slots).enumerate() {
-            let block = batch.block.each_ref().map(|plane| plane[t]);
-            add_line(matrix, [i, j], slot, &line(block));
-            if let Some(out) = &mut out {
-                let force = Vec3::from(batch.force.each_ref().map(|plane| plane[t]));
-                out[i as usize] += force;
-                out[j as usize] -= force;
+impl Batches<'_> {
+    /// Writes the blocks and adds the forces of all springs.
+    #[inline(always)]
+    fn write(self, law: impl Fn(f64) -> f64) {
+        let Self { list, slots, at, blocks, w, mut out } = self;
+        let mut batch = Batch::default();
+        let places = list.ends.chunks(BATCH).zip(slots.chunks(BATCH));
+        for (b, (ends, slots)) in places.enumerate() {
+            let range = b * BATCH..b * BATCH + ends.len();
+            batch.read(ends, at.x, w);
+            let parameters = [&list.rest_length, &list.stiffness, &list.damping];
+            batch.compute(parameters.map(|p| &p[range.clone()]), &at, &law);
+            for (t, (&[i, j], &slot)) in ends.iter().zip(slots).enumerate() {
+                if i == j {
+                    continue;
+                }
+                blocks[slot as usize] = batch.block.each_ref().map(|plane| plane[t]);
+                if let Some(out) = &mut out {
+                    let force = Vec3::from(batch.force.each_ref().map(|plane| plane[t]));
+                    out[i as usize] += force;
+                    out[j as usize] -= force;
+                }
             }
         }
     }
@@ -166,8 +148,8 @@ struct Batch {
     d: [[f64; BATCH]; 3],
     /// `w_i − w_j`.
     w: [[f64; BATCH]; 3],
-    /// `xx, xy, xz, yy, yz, zz` of `S`.
-    block: [[f64; BATCH]; 6],
+    /// [`SpringBlock`]s.
+    block: [[f64; BATCH]; 4],
     /// `K w` at the first end.
     force: [[f64; BATCH]; 3],
 }
@@ -175,7 +157,7 @@ struct Batch {
 impl Default for Batch {
     fn default() -> Self {
         let three = [[0.0; BATCH]; 3];
-        Self { d: three, w: three, block: [[0.0; BATCH]; 6], force: three }
+        Self { d: three, w: three, block: [[0.0; BATCH]; 4], force: three }
     }
 }
 
@@ -195,43 +177,27 @@ impl Batch {
     #[inline(always)]
     fn compute(
         &mut self,
-        rest_length: &[f64],
-        stiffness: &[f64],
-        scale: f64,
+        [rest_length, stiffness, damping]: [&[f64]; 3],
+        at: &Linearised<'_>,
         law: &impl Fn(f64) -> f64,
     ) {
-        let m = rest_length.len().min(stiffness.len()).min(BATCH);
-        let (rest_length, stiffness) = (&rest_length[..m], &stiffness[..m]);
+        let m = rest_length.len().min(stiffness.len()).min(damping.len()).min(BATCH);
+        let (rest_length, stiffness, damping) = (&rest_length[..m], &stiffness[..m], &damping[..m]);
         let Self { d, w, block, force } = self;
         for t in 0..m {
             let k = stiffness[t];
-            let direction = unit_block([d[0][t], d[1][t], d[2][t]], rest_length[t], law);
-            for c in 0..6 {
-                block[c][t] = direction[c] * (scale * k);
+            let (u, across) = unit_direction([d[0][t], d[1][t], d[2][t]], rest_length[t], law);
+            let scaled = at.stiffness_scale * k;
+            let root = (scaled * (1.0 - across)).sqrt();
+            for axis in 0..3 {
+                block[axis][t] = u[axis] * root;
             }
-            let b = direction.map(|b| b * k);
+            block[3][t] = scaled * across + at.damping_scale * damping[t];
+            let b = unit_block(u, across).map(|b| b * k);
             let (wx, wy, wz) = (w[0][t], w[1][t], w[2][t]);
             force[0][t] = b[0] * wx + b[1] * wy + b[2] * wz;
             force[1][t] = b[1] * wx + b[3] * wy + b[4] * wz;
             force[2][t] = b[2] * wx + b[4] * wy + b[5] * wz;
-        }
-    }
-}
-
-/// Adds a line at both ends of a spring and subtracts it between them.
-#[inline(always)]
-fn add_line(matrix: &mut PairLines<'_>, [i, j]: [u32; 2], slot: u32, line: &Line) {
-    if i == j {
-        return;
-    }
-    let pair = &mut matrix.pairs[slot as usize];
-    for k in 0..LINE {
-        pair[k] -= line[k];
-    }
-    for end in [i, j] {
-        let sum = &mut matrix.diagonal[end as usize];
-        for k in 0..LINE {
-            sum[k] += line[k];
         }
     }
 }

@@ -423,8 +423,9 @@ fn blocks_and_forces(
     let (fx, fy, fz) = (&mut fx[..m], &mut fy[..m], &mut fz[..m]);
     for t in 0..m {
         let difference = |axis: usize| own[axis][t] - other[axis][t];
-        let direction =
-            unit_block([difference(0), difference(1), difference(2)], d.rest_length, &law);
+        let d_t = [difference(0), difference(1), difference(2)];
+        let (u, across) = unit_direction(d_t, d.rest_length, &law);
+        let direction = unit_block(u, across);
         let k = f64::from(multiple[t]) * d.stiffness;
         let s = direction.map(|b| 0.0 - b * (scale * k));
         (xx[t], xy[t], xz[t]) = (s[0], s[1], s[2]);
@@ -437,19 +438,24 @@ fn blocks_and_forces(
     }
 }
 
-/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + a (I − ûûᵀ)` for ends that are `d` apart, where `law` maps
-/// `1 − ℓ/L` to `a`.
+/// `û` and the factor `a` of `ûûᵀ + a (I − ûûᵀ)` for ends that are `d` apart, where `law` maps
+/// `1 − ℓ/L` to `a`. The direction of a collapsed spring is 0.
 #[inline(always)]
-pub(super) fn unit_block(
+pub(super) fn unit_direction(
     [dx, dy, dz]: [f64; 3],
     rest_length: f64,
     law: &impl Fn(f64) -> f64,
-) -> [f64; 6] {
+) -> ([f64; 3], f64) {
     let length = (dx * dx + dy * dy + dz * dz).sqrt();
     let far = length > COLLAPSED * rest_length;
     let over_length = |a: f64| if far { a / length } else { 0.0 };
     let across = law(1.0 - over_length(rest_length));
-    let (ux, uy, uz) = (over_length(dx), over_length(dy), over_length(dz));
+    ([over_length(dx), over_length(dy), over_length(dz)], across)
+}
+
+/// `xx, xy, xz, yy, yz, zz` of `ûûᵀ + a (I − ûûᵀ)`.
+#[inline(always)]
+pub(super) fn unit_block([ux, uy, uz]: [f64; 3], across: f64) -> [f64; 6] {
     let along = 1.0 - across;
     [
         ux * ux * along + across,
