@@ -357,7 +357,7 @@ mod tests {
         let hinge = HingeSpec { i: 0, j: 1, k: 2, l: 3, rest_rad: 0.2, stiffness_n_m: 0.7 };
         let mut folds = 0;
         for x in (0..20).flat_map(|_| positions(&mut random, 4)) {
-            let x: [Vec3; 4] = x[..].try_into().unwrap();
+            let x: [Vec3; 4] = std::array::from_fn(|k| x[k]);
             folds += usize::from(Fold::new(x).is_some());
             for place in 0..4 {
                 let (force, block) = hinge.local(place, &x);
