@@ -358,7 +358,7 @@ const SAMPLES: [Sample; 4] = [
     Sample {
         what: "the effect of hinges",
         names: &["hinge", "hinges", "Hinge", "Hinges", "HingeSpec"],
-        own: &["crates/model/src/effects/hinge.rs"],
+        own: &["crates/model/src/effects/hinge.rs", "crates/model/src/effects/hinge/"],
         places: &[
             "crates/harness/src/stability.rs",
             "crates/harness/src/studies/animation/run/mod.rs",
