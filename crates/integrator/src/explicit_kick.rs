@@ -1,12 +1,19 @@
 //! A kick with damping that needs no solve.
 
 use crate::{StepReport, change_each, each_particle, kick};
-use drape_model::{Level, Part, State, System, Vec3};
+use drape_model::{Effect, Level, Part, State, System, Vec3};
 use drape_solvers::Constraints;
 
 /// Whether any effect of the system dissipates.
 pub fn is_damped(system: &System) -> bool {
     system.effects().any(|effect| effect.has_damping())
+}
+
+/// Whether the effect dissipates along directions, which turn with the positions, or in another way
+/// than a sweep takes.
+pub fn damping_has_directions(system: &System, effect: &dyn Effect) -> bool {
+    let is_swept = || effect.pass(system.mass(), Part::Damping).is_some();
+    effect.has_damping() && (effect.has_damping_turn() || !is_swept())
 }
 
 /// Writes the damping force of all effects at one level, N, to `out`: `−D(x) v` for springs.

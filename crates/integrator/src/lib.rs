@@ -116,7 +116,7 @@ pub use compliant::{Colouring, CompliantAngles, PositionBased, Substep};
 pub use contact::{Change, ContactSet, MultistepMotion, Wanted};
 pub use elongation::{ElongationLimit, ElongationSettings, SweepOrder};
 pub use error::{PrepareError, StepError};
-pub use explicit_kick::{ExplicitKick, is_damped, write_damping_force};
+pub use explicit_kick::{ExplicitKick, damping_has_directions, is_damped, write_damping_force};
 pub use explicit_limit::ExplicitNumbers;
 pub use forcing::{Forcing, ForcingKind, ForcingRule};
 pub use history::History;

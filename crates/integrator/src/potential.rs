@@ -1,6 +1,6 @@
 //! The incremental potential: the function that an implicit stage minimises.
 
-use crate::{Implicit, each_particle, lightest_free_mass};
+use crate::{Implicit, damping_has_directions, each_particle, lightest_free_mass};
 use drape_model::{BlockSink, Effect, Level, Mat3, Part, Revisions, System, Tangent, Vec3};
 use drape_solvers::bands::{PerBlock, bands, in_bands, in_items};
 use drape_solvers::vector::{BLOCK, weighted_dot_in_bands};
@@ -93,10 +93,7 @@ pub struct IncrementalPotential {
 
 /// Whether no damping of the implicit effects has directions, so that they share sweeps.
 fn share_sweeps(implicit: Implicit, system: &System) -> bool {
-    let shares = |effect: &dyn Effect| effect.pass(system.mass(), Part::Damping).is_some();
-    implicit
-        .effects(system)
-        .all(|effect| !effect.has_damping() || (shares(effect) && !effect.has_damping_turn()))
+    !implicit.effects(system).any(|effect| damping_has_directions(system, effect))
 }
 
 /// Force and damping of the implicit effects, effect by effect.

@@ -286,8 +286,6 @@ mod tests {
         }
     }
 
-    /// What a claim says that it reads is what decides: without it there is no verdict, or other
-    /// readings.
     /// Whether noise hides every error whose times begin like this.
     fn is_hidden(numbers: &[Number], read: &str) -> bool {
         let Some(ground) = read.strip_prefix("time at ").and_then(|r| r.strip_suffix(" for "))
@@ -303,6 +301,8 @@ mod tests {
         doubt.is_some_and(|doubt| doubt > places::TRUSTED * greatest)
     }
 
+    /// What a claim says that it reads is what decides: without it there is no verdict, or other
+    /// readings.
     #[test]
     fn a_claim_without_a_number_that_it_reads_is_undecided_and_names_it() {
         for (claim, row) in all().iter().zip(rows()) {

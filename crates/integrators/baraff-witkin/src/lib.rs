@@ -43,9 +43,9 @@
 //!   is that of [`drape_integrator::Linearisation`]. It is valid for one step, so each step counts
 //!   a set-up.
 //! * **Solvers.** Conjugate gradients use the layout of [`drape_solvers::BlockMatrix`] that suits
-//!   the mesh, filled in one sweep together with `b`. They never end in an error: they report the residual at which they stopped, and the step uses the last
-//!   iterate. If a diagonal block of the raw matrix is not definite, they run without a
-//!   preconditioner. The direct solver (`solver=cholesky`) factorises `S A S` again after every
+//!   the mesh, filled in one sweep together with `b`. They never end in an error: they report the
+//!   residual at which they stopped, and the step uses the last iterate. If a diagonal block of the
+//!   raw matrix is not definite, they run without a preconditioner. The direct solver (`solver=cholesky`) factorises `S A S` again after every
 //!   release of contacts. For the raw matrix it is `L D Lᵀ`, which also solves indefinite systems
 //!   and reports them as `Indefinite`. Overflow, and pivots lost in round-off, are errors that
 //!   leave the state unchanged.

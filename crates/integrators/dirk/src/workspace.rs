@@ -2,8 +2,10 @@
 
 use crate::settings::DirkSettings;
 use crate::tableau::Coefficients;
-use drape_integrator::{Order, PhaseClock, PrepareError, StageMemory, StepReport};
-use drape_model::{Effect, Part, Revisions, State, System, Vec3};
+use drape_integrator::{
+    Order, PhaseClock, PrepareError, StageMemory, StepReport, damping_has_directions,
+};
+use drape_model::{Revisions, State, System, Vec3};
 
 /// What a step leaves to the next one.
 #[derive(Clone, Debug)]
@@ -40,12 +42,13 @@ impl Workspace {
     pub(crate) fn allocate(system: &System, settings: &DirkSettings) -> Result<Self, PrepareError> {
         let zeros = || vec![Vec3::zeros(); system.len()];
         let stages = settings.tableau.coefficients().rows.len();
-        let lags = |effect: &dyn Effect| {
-            let shares = effect.pass(system.mass(), Part::Damping).is_some();
-            effect.has_damping() && (!shares || effect.has_damping_turn())
-        };
         let is_low = settings.tableau.order() == Order::Two;
-        let passes = if is_low || !system.effects().any(lags) { 1 } else { 2 };
+        let passes =
+            if is_low || !system.effects().any(|effect| damping_has_directions(system, effect)) {
+                1
+            } else {
+                2
+            };
         Ok(Self {
             memory: StageMemory::new(system, settings.linear)?,
             w: (0..stages).map(|_| zeros()).collect(),

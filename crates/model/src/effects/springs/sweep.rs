@@ -5,10 +5,10 @@
 //! The sweep reads positions and velocities into one array per coordinate, so that eight particles
 //! fill a vector register. For each vector of particles it computes and keeps the forces of all
 //! springs to later particles: `f_i = g (x_i − x_{i+o})` with `g` after the [`Law`], plus
-//! `c (v_i − v_{i+o})` with full damping, or projected damping alone. Some vectors later it adds the kept forces to each
-//! particle: `+f_{i−o}` of springs from earlier particles, `−f_i` of its own. Where a place along a
-//! diagonal has no spring, it overwrites the force by 0, which changes no sum; where a spring is half as
-//! strong, it halves the force, which is exact.
+//! `c (v_i − v_{i+o})` with full damping, or projected damping alone. Some vectors later it adds the
+//! kept forces to each particle: `+f_{i−o}` of springs from earlier particles, `−f_i` of its own.
+//! Where a place along a diagonal has no spring, it overwrites the force by 0, which changes no sum;
+//! where a spring is half as strong, it halves the force, which is exact.
 //!
 //! Each sum has the order of the [readable loop](super::LinearSprings::add_reference): a particle
 //! meets its incoming springs first, by falling offset, then its own. As in the loop, each spring
