@@ -25,7 +25,7 @@
 
 use crate::HarnessError;
 use crate::methods::Choice;
-use crate::run::{Moment, Runner, Simulation};
+use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::schedule::Schedule;
 use drape_integrator::{Implicit, StabilityClass};
 use drape_model::{Effect, Level, MovingPin, Path, Revisions, State, System, TimeSpan, Vec3};
@@ -319,8 +319,22 @@ pub(crate) fn reference(
     simulation: &Simulation,
     schedule: &Schedule,
 ) -> Result<Reference, HarnessError> {
-    let system = &simulation.system;
-    let (stiffness, damping) = gershgorin(system);
+    let run = reference_run(simulation, schedule, |runner| runner)?;
+    let has_contacts = !simulation.system.obstacles().is_empty();
+    let gain = if has_contacts { run.energy.gain } else { 0.0 };
+    Ok(Reference { energy: run.energy.released, gain })
+}
+
+/// The run of [`reference`], after `adapt` has changed its runner.
+///
+/// # Errors
+/// As [`Runner::count`].
+pub(crate) fn reference_run(
+    simulation: &Simulation,
+    schedule: &Schedule,
+    adapt: impl for<'a> FnOnce(Runner<'a>) -> Runner<'a>,
+) -> Result<Counts, HarnessError> {
+    let (stiffness, damping) = gershgorin(&simulation.system);
     let stiffness = stiffness * schedule.greatest_stiffness();
     // Symplectic Euler is stable for h²λ + 2hδ < 4.
     let limit = 4.0 / (damping + (damping * damping + 4.0 * stiffness).sqrt()).max(1e-300);
@@ -329,9 +343,7 @@ pub(crate) fn reference(
     let schedule =
         Schedule { changes: schedule.changes, ..Schedule::steady(TimeSpan { step_s, duration_s }) };
     let choice = Choice::parse("symplectic-euler", &[])?;
-    let run = Runner::by(&choice, &schedule).count(simulation)?;
-    let gain = if system.obstacles().is_empty() { 0.0 } else { run.energy.gain };
-    Ok(Reference { energy: run.energy.released, gain })
+    adapt(Runner::by(&choice, &schedule)).count(simulation)
 }
 
 /// `E_ref` of a closed scene over `duration` seconds, J. It comes from symplectic Euler well below

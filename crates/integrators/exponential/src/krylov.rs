@@ -1,5 +1,6 @@
 //! `φ₂(hJ) g` in a Krylov subspace: Arnoldi's method, and the function of the small matrix.
 
+use crate::series::Series;
 use drape_model::Vec3;
 use drape_solvers::vector::{axpy, dot, norm};
 
@@ -13,8 +14,6 @@ const ROUND_OFF: f64 = 1e-14;
 const TAYLOR_NORM: f64 = 1.0;
 /// For estimates of the error, where fewer digits count.
 const ROUGH_NORM: f64 = 4.0;
-/// Most terms of a Taylor series; `4⁵⁰/50!` is far below round-off.
-const MAX_TERMS: u32 = 50;
 /// A matrix beyond `m² + LARGE` needs more than `m` dimensions.
 const LARGE: f64 = 4.0;
 /// A matrix beyond this norm is never worth its Taylor series.
@@ -30,16 +29,13 @@ pub(crate) struct Krylov {
     size: usize,
     /// `m + 1` vectors, one after the other.
     basis: Vec<Vec3>,
-    /// `H` by columns of `most + 1` numbers.
-    hessenberg: Vec<f64>,
+    /// `H`, and functions of it.
+    hessenberg: Series,
     /// `β = ‖g‖`.
     norm: f64,
     dimension: usize,
     is_invariant: bool,
-    /// A function of the small matrix with up to three numbers more, a term of its Taylor series,
-    /// and the next one.
-    small: [Vec<f64>; 3],
-    /// `φ₂(hH) e₁`.
+    /// `φ_k(hH) e₁`.
     coefficients: Vec<f64>,
 }
 
@@ -47,16 +43,14 @@ impl Krylov {
     pub(crate) fn new(size: usize, most: usize) -> Self {
         // No subspace has more dimensions than the space.
         let most = most.min(3 * size).max(1);
-        let numbers = || vec![0.0; most + 3];
         Self {
             most,
             size,
             basis: vec![Vec3::zeros(); (most + 1) * size],
-            hessenberg: vec![0.0; (most + 1) * most],
+            hessenberg: Series::new(most),
             norm: 0.0,
             dimension: 0,
             is_invariant: true,
-            small: [numbers(), numbers(), numbers()],
             coefficients: vec![0.0; most],
         }
     }
@@ -116,7 +110,7 @@ impl Krylov {
         let new = &mut rest[..size];
         product(&known[m * size..], new);
         let length = norm(new);
-        let column = &mut self.hessenberg[m * (self.most + 1)..(m + 1) * (self.most + 1)];
+        let column = self.hessenberg.column(m);
         for (v, h) in known.chunks_exact(size).zip(&mut *column) {
             *h = dot(v, new);
             axpy(-*h, v, new);
@@ -144,72 +138,29 @@ impl Krylov {
             if !self.function(3, h) {
                 return false;
             }
-            let next = self.hessenberg[(m - 1) * (self.most + 1) + m];
+            let next = self.hessenberg.element(m, m - 1);
             let size = self.norm * h * h;
-            let error = size * (h * next * self.small[0][m - 1]).abs();
+            let error = size * (h * next * self.coefficients[m - 1]).abs();
             let is_within = error <= (tolerance * h).max(ROUND_OFF * size);
             if !is_within {
                 return false;
             }
         }
-        if !self.function(2, h) {
-            return false;
-        }
-        self.coefficients[..m].copy_from_slice(&self.small[0][..m]);
-        true
+        self.function(2, h)
     }
 
-    /// Writes `φ_k(hH) e₁` to the first numbers of `small[0]`. It is part of one column of an
-    /// exponential; for `k = 2`
-    ///
-    /// ```text
-    /// exp [hH e₁ 0]
-    ///     [0  0  1]  e_{m+2} = (φ₂(hH) e₁, 1, 1)
-    ///     [0  0  0]
-    /// ```
-    ///
-    /// That column comes from Taylor series over parts of the way on which the matrix is small:
-    /// unlike a full exponential of the small matrix it takes products with vectors only. Returns
-    /// `false`, without computing it, where the matrix is so large that so few dimensions cannot be
-    /// enough.
+    /// Writes `φ_k(hH) e₁` to the coefficients. Returns `false`, without computing it, where the
+    /// matrix is so large that so few dimensions cannot be enough.
     fn function(&mut self, k: usize, h: f64) -> bool {
-        let (m, rows) = (self.dimension, self.most + 1);
-        let column = |j: usize| &self.hessenberg[j * rows..j * rows + m.min(j + 2)];
-        let column_sum = |j: usize| column(j).iter().map(|a| a.abs()).sum::<f64>();
-        let size = 1.0 + h * (0..m).map(column_sum).fold(0.0, f64::max);
+        let m = self.dimension;
+        let size = 1.0 + h * self.hessenberg.norm(m);
         let is_hopeless = size > (m * m) as f64 + LARGE && !self.is_invariant;
         if is_hopeless || size.is_nan() || size > HUGE {
             return false;
         }
         let parts = (size / if k == 2 { TAYLOR_NORM } else { ROUGH_NORM }).ceil();
-        let scale = 1.0 / parts;
-        let n = m + k;
-        let [sum, term, next] = &mut self.small;
-        sum[..n].fill(0.0);
-        sum[n - 1] = 1.0;
-        for _ in 0..parts as u64 {
-            term[..n].copy_from_slice(&sum[..n]);
-            for power in 1..=MAX_TERMS {
-                let factor = scale / f64::from(power);
-                next[..m].fill(0.0);
-                for j in 0..m {
-                    let weight = h * term[j];
-                    next.iter_mut().zip(column(j)).for_each(|(next, a)| *next += a * weight);
-                }
-                next[0] += term[m];
-                next[m..n - 1].copy_from_slice(&term[m + 1..n]);
-                next[n - 1] = 0.0;
-                let (mut largest, mut change) = (0.0_f64, 0.0_f64);
-                for i in 0..n {
-                    term[i] = next[i] * factor;
-                    sum[i] += term[i];
-                    (largest, change) = (largest.max(sum[i].abs()), change.max(term[i].abs()));
-                }
-                if change <= 0.25 * f64::EPSILON * largest {
-                    break;
-                }
-            }
-        }
+        let column = self.hessenberg.last_column([m, k], h, parts as u64);
+        self.coefficients[..m].copy_from_slice(column);
         true
     }
 

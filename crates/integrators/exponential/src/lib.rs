@@ -110,6 +110,7 @@
 
 mod jacobian;
 mod krylov;
+mod series;
 mod settings;
 mod step;
 

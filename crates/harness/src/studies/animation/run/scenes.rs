@@ -5,7 +5,8 @@ use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
-use crate::stability::{gershgorin, reference_energy};
+use crate::schedule::Schedule;
+use crate::stability::{gershgorin, reference_run};
 use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
 use crate::studies::filmed::{Counters, Stage, samples};
 use crate::studies::finite;
@@ -13,7 +14,7 @@ use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::fabric::Material;
-use drape_model::{SystemSpec, Vec3};
+use drape_model::{SystemSpec, TimeSpan, Vec3};
 use drape_oracle::Random;
 use drape_report::Verdict;
 use rayon::prelude::*;
@@ -321,9 +322,6 @@ impl Setting {
     /// Computes the energies of the scene, the true motions, the noise between them, and the error
     /// of their step.
     pub(super) fn find_true_motion(&mut self) -> Result<(), HarnessError> {
-        let released = reference_energy(&self.simulation, self.case.span_s())?;
-        self.scene.released_j = released;
-        self.scene.prestress = elastic_energy(&self.simulation) / released;
         let choice = Choice::parse(REFERENCE, &[])?;
         let mut random = Random::new(SEED);
         let substeps = self.scene.reference_substeps;
@@ -335,16 +333,16 @@ impl Setting {
             }
             starts.push(start);
         }
-        let shot = |start: &Simulation, substeps| {
-            self.film(start, &choice, substeps, f64::INFINITY).map(|(_, film)| film)
-        };
-        // Large cloth takes minutes a film, so the films are shot at the same time.
-        let (members, coarse) = rayon::join(
+        let shot = |start: &Simulation, substeps| self.film_of_truth(start, &choice, substeps);
+        // Large cloth takes minutes a film, so all are shot at the same time, beside the energy.
+        let (members, (coarse, released)) = rayon::join(
             || starts.par_iter().map(|start| shot(start, substeps)).collect::<Result<Vec<_>, _>>(),
-            || shot(&self.simulation, substeps / 2),
+            || rayon::join(|| shot(&self.simulation, substeps / 2), || self.released()),
         );
-        let coarse = coarse?;
+        let (coarse, released) = (coarse?, released?);
         self.members = members?;
+        self.scene.released_j = released;
+        self.scene.prestress = elastic_energy(&self.simulation) / released;
         let (first, others) = (&self.members[0], &self.members[1..]);
         let count = others.len() as f64;
         let shapes = others.iter().map(|other| self.camera.shape_apart(first, other)).sum::<f64>();
@@ -363,6 +361,30 @@ impl Setting {
         // iterations.
         let finer = f64::from(self.case.side) / f64::from(USUAL);
         BUDGET.max(SWEEPS_A_FRAME * finer * f64::from(self.case.frames) * sweep)
+    }
+
+    /// What the camera sees of a true motion. Nobody asks for its energy, which would take as long
+    /// as the motion.
+    fn film_of_truth(
+        &self,
+        start: &Simulation,
+        choice: &Choice,
+        substeps: u32,
+    ) -> Result<Seen, HarnessError> {
+        let time = self.camera.span(substeps, self.case.frames);
+        let runner = self.in_time(Runner::new(choice, time));
+        let (outcome, seen) = self.camera.glance(runner, &mut start.clone(), substeps)?;
+        self.check_time(&outcome)?;
+        Ok(seen)
+    }
+
+    /// The energy that the scene sets free, J.
+    fn released(&self) -> Result<f64, HarnessError> {
+        let span = self.case.span_s();
+        let time = TimeSpan { step_s: span, duration_s: span };
+        let counts = reference_run(&self.simulation, &Schedule::steady(time), |r| self.in_time(r))?;
+        self.check_time(&counts.outcome)?;
+        Ok(counts.energy.released)
     }
 
     /// Runs a method over the scene. Returns the counts and what the camera saw.
