@@ -109,7 +109,8 @@ impl Setting {
         truth.members[0].end.clone_from(&setting.exact);
         let mut scene = setting.scene.clone();
         (scene.floor, scene.energy_floor) = (noise.error, noise.energy);
-        Ok(Self { truth: Some(truth), scene, ..setting })
+        let enough = setting.enough.max(noise.error);
+        Ok(Self { truth: Some(truth), scene, enough, ..setting })
     }
 }
 
