@@ -379,7 +379,7 @@ impl Setting {
     }
 
     /// The energy that the scene sets free, J.
-    fn released(&self) -> Result<f64, HarnessError> {
+    pub(super) fn released(&self) -> Result<f64, HarnessError> {
         let span = self.case.span_s();
         let time = TimeSpan { step_s: span, duration_s: span };
         let counts = reference_run(&self.simulation, &Schedule::steady(time), |r| self.in_time(r))?;

@@ -3,7 +3,7 @@ use super::{EXPLICIT, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::filmed::{REPETITIONS, Stage as _};
 use crate::studies::{Context, Progress};
-use crate::{Journal, Source};
+use crate::{HarnessError, Journal, Source};
 use drape_report::Verdict;
 use std::path::Path;
 use std::time::Instant;
@@ -78,6 +78,19 @@ impl Progress for Silent {
     fn begin(&self, _: &str, _: usize) {}
     fn done(&self) {}
     fn end(&self) {}
+}
+
+/// Energies and films of a large scene take minutes each, so both look at the clock.
+#[test]
+fn the_energy_and_the_films_of_a_true_motion_end_with_the_time() {
+    let case = cases().into_iter().find(Case::is_quick).expect("a quick case");
+    let mut setting = Setting::staged(&case).expect("a valid scene");
+    setting.deadline = Some(Instant::now());
+    assert!(matches!(setting.find_true_motion(), Err(HarnessError::Late)));
+    assert!(matches!(setting.released(), Err(HarnessError::Late)));
+    setting.deadline = None;
+    setting.find_true_motion().expect("a true motion");
+    assert_eq!(setting.released().expect("energies"), setting.scene.released_j);
 }
 
 /// Without time the study names all forms of all scenes and runs nothing: the energies of the
