@@ -57,19 +57,16 @@ impl Pattern {
     }
 
     /// Slots of row `i` left of the diagonal.
-    #[inline(always)]
     pub(crate) fn lower(&self, i: usize) -> Range<usize> {
         self.starts[i]..self.diagonal[i]
     }
 
     /// Slot of the diagonal entry of row `i`.
-    #[inline(always)]
     pub(crate) fn diagonal(&self, i: usize) -> usize {
         self.diagonal[i]
     }
 
     /// Column of a slot.
-    #[inline(always)]
     pub(crate) fn column(&self, slot: usize) -> usize {
         self.columns[slot] as usize
     }

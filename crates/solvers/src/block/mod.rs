@@ -13,7 +13,6 @@
 //! numbers. Springs in any order multiply the difference of their ends, and round elsewhere.
 
 mod bands;
-pub(crate) mod lanes;
 mod pairs;
 mod product;
 mod rows;

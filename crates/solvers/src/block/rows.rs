@@ -1,9 +1,7 @@
 //! Compressed rows, both triangles stored: blocks of any kind.
 
-use super::lanes::{add_times, vector};
 use crate::pattern::Pattern;
 use crate::{Constraints, Mat3, Vec3};
-use drape_kernels::lanes::{Four as _, four_wide, vectorised};
 use std::ops::Range;
 
 /// A symmetric matrix of 3×3 blocks in compressed rows: block (j, i) is the transpose of block (i,
@@ -142,7 +140,6 @@ impl Rows {
     }
 
     /// The block of a slot of the pattern.
-    #[inline(always)]
     pub(crate) fn block_mut(&mut self, slot: usize) -> &mut Mat3 {
         &mut self.blocks[slot]
     }
@@ -183,31 +180,28 @@ impl Rows {
     }
 
     /// The pattern of the blocks.
-    #[inline(always)]
     pub(crate) fn pattern(&self) -> &Pattern {
         &self.pattern
     }
 
     /// The blocks, in the slots of the pattern.
-    #[inline(always)]
     pub(crate) fn blocks(&self) -> &[Mat3] {
         &self.blocks
     }
 
     /// These rows of `A x`, into `y`.
     pub(crate) fn multiply(&self, rows: Range<usize>, x: &[Vec3], y: &mut [Vec3]) {
-        vectorised!(four_wide(), [four,
-            matrix: &'k Rows = self, rows: Range<usize> = rows, x: &'k [Vec3] = x,
-            y: &'k mut [Vec3] = y,
-        ] -> () {
-            for (i, y) in rows.zip(y) {
-                let mut sum = four.splat(0.0);
-                for slot in matrix.pattern.row(i) {
-                    let (block, x) = (&matrix.blocks[slot], &x[matrix.pattern.column(slot)]);
-                    sum = add_times(four, sum, block, x);
+        for (i, y) in rows.zip(y) {
+            let mut sum = [0.0; 3];
+            for slot in self.pattern.row(i) {
+                let (block, x) = (&self.blocks[slot], &x[self.pattern.column(slot)]);
+                for column in 0..3 {
+                    for row in 0..3 {
+                        sum[row] += block[(row, column)] * x[column];
+                    }
                 }
-                *y = vector(four, sum);
             }
-        });
+            *y = Vec3::from(sum);
+        }
     }
 }

@@ -11,11 +11,8 @@ use std::ops::Range;
 use self::aggregation::{Prolongation, smoothed};
 use super::Preconditioner;
 use crate::block::Rows;
-use crate::block::lanes::{times, vector};
 use crate::pattern::Pattern;
 use crate::{BlockFactor, BlockMatrix, FactorKind, Mat3, ScalarMatrix, SolverError, Vec3};
-use drape_kernels::lanes::{Four, four_wide, vectorised};
-use drape_kernels::triples::Triples as _;
 use std::borrow::Cow;
 
 /// A level of at most this many particles is solved directly.
@@ -200,27 +197,15 @@ impl Multigrid {
             return self.coarsest.borrow_mut().solve(r, z);
         };
         let work = &mut *level.work.borrow_mut();
-        vectorised!(four_wide(), [four,
-            level: &'k Level = level, a: &'k Rows = a, r: &'k [Vec3] = r,
-            z: &'k mut [Vec3] = z, work: &'k mut Work = work,
-        ] -> () {
-            level.smooth_from_zero(four, a, r, z, &mut work.residual);
-            for (coarse, row) in work.coarse_residual.iter_mut().zip(0..) {
-                let sum = level.restriction.sum(four, row, &work.residual);
-                *coarse = vector(four, sum);
-            }
-        });
+        level.smooth_from_zero(a, r, z, &mut work.residual);
+        for (coarse, row) in work.coarse_residual.iter_mut().zip(0..) {
+            *coarse = level.restriction.sum(row, &work.residual);
+        }
         self.cycle(depth + 1, &level.coarse, &work.coarse_residual, &mut work.coarse_solution);
-        vectorised!(four_wide(), [four,
-            level: &'k Level = level, a: &'k Rows = a, r: &'k [Vec3] = r,
-            z: &'k mut [Vec3] = z, coarse: &'k [Vec3] = &work.coarse_solution,
-        ] -> () {
-            for (z, row) in z.iter_mut().zip(0..) {
-                let sum = level.prolongation.sum(four, row, coarse);
-                *z = vector(four, four.add(four.widen(z), sum));
-            }
-            level.smooth_backward(four, a, r, z);
-        });
+        for (z, row) in z.iter_mut().zip(0..) {
+            *z += level.prolongation.sum(row, &work.coarse_solution);
+        }
+        level.smooth_backward(a, r, z);
     }
 }
 
@@ -266,11 +251,10 @@ impl Preconditioner for Cycle<'_> {
 impl Prolongation {
     /// A row times a vector.
     #[inline(always)]
-    fn sum<F: Four>(&self, four: F, row: usize, x: &[Vec3]) -> F::Numbers {
-        let mut sum = four.splat(0.0);
+    fn sum(&self, row: usize, x: &[Vec3]) -> Vec3 {
+        let mut sum = Vec3::zeros();
         for &(column, weight) in self.row(row) {
-            let x = four.widen(&x[column as usize]);
-            sum = four.add(sum, four.mul(x, four.splat(weight)));
+            sum += x[column as usize] * weight;
         }
         sum
     }
@@ -339,17 +323,6 @@ impl Level {
     /// Inverse diagonal blocks, `A P`, and the lower triangle of `Pᵀ (A P)` with its mirror.
     fn update(&mut self, a: &Rows) -> Result<(), SolverError> {
         self.invert_diagonal(a)?;
-        vectorised!(four_wide(), [four, level: &'k mut Level = self, a: &'k Rows = a] -> () {
-            let _ = four; // the compiler itself finds the registers for sums of blocks
-            level.sum_products(a);
-        });
-        self.coarse.mirror_lower();
-        Ok(())
-    }
-
-    /// `A P` and the lower triangle of `Pᵀ (A P)`.
-    #[inline(always)]
-    fn sum_products(&mut self, a: &Rows) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         self.product.fill(Mat3::zeros());
         for i in 0..a.n() {
@@ -380,50 +353,41 @@ impl Level {
                 }
             }
         }
+        self.coarse.mirror_lower();
+        Ok(())
     }
 
     /// Solves `(D + L) z = r`, and writes the residual `r − A z = −U z`.
-    #[inline(always)]
-    fn smooth_from_zero<F: Four>(
-        &self,
-        four: F,
-        a: &Rows,
-        r: &[Vec3],
-        z: &mut [Vec3],
-        left: &mut [Vec3],
-    ) {
+    fn smooth_from_zero(&self, a: &Rows, r: &[Vec3], z: &mut [Vec3], left: &mut [Vec3]) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for i in 0..a.n() {
-            let mut sum = four.widen(&r[i]);
+            let mut sum = r[i];
             for slot in pattern.lower(i) {
-                sum = four.sub(sum, times(four, &blocks[slot], &z[pattern.column(slot)]));
+                sum -= blocks[slot] * z[pattern.column(slot)];
             }
-            let sum = vector(four, sum);
-            z[i] = vector(four, times(four, &self.inverse_diagonal[i], &sum));
+            z[i] = self.inverse_diagonal[i] * sum;
         }
         for (i, left) in left.iter_mut().enumerate() {
-            let mut sum = four.splat(0.0);
+            let mut sum = Vec3::zeros();
             for slot in pattern.diagonal(i) + 1..pattern.row(i).end {
-                sum = four.sub(sum, times(four, &blocks[slot], &z[pattern.column(slot)]));
+                sum -= blocks[slot] * z[pattern.column(slot)];
             }
-            *left = vector(four, sum);
+            *left = sum;
         }
     }
 
     /// `z_i ← D_i⁻¹ (r_i − Σ_{j≠i} A_ij z_j)` from the last row to the first.
-    #[inline(always)]
-    fn smooth_backward<F: Four>(&self, four: F, a: &Rows, r: &[Vec3], z: &mut [Vec3]) {
+    fn smooth_backward(&self, a: &Rows, r: &[Vec3], z: &mut [Vec3]) {
         let (pattern, blocks) = (a.pattern(), a.blocks());
         for i in (0..a.n()).rev() {
-            let mut sum = four.widen(&r[i]);
+            let mut sum = r[i];
             for slot in pattern.lower(i) {
-                sum = four.sub(sum, times(four, &blocks[slot], &z[pattern.column(slot)]));
+                sum -= blocks[slot] * z[pattern.column(slot)];
             }
             for slot in pattern.diagonal(i) + 1..pattern.row(i).end {
-                sum = four.sub(sum, times(four, &blocks[slot], &z[pattern.column(slot)]));
+                sum -= blocks[slot] * z[pattern.column(slot)];
             }
-            let sum = vector(four, sum);
-            z[i] = vector(four, times(four, &self.inverse_diagonal[i], &sum));
+            z[i] = self.inverse_diagonal[i] * sum;
         }
     }
 }

@@ -31,7 +31,6 @@ impl Prolongation {
     }
 
     /// Number of rows.
-    #[inline(always)]
     pub(super) fn rows(&self) -> usize {
         self.starts.len() - 1
     }
