@@ -23,13 +23,15 @@ pub trait BlockSink {
 /// Rows and columns of the six numbers of a symmetric block: `xx, xy, xz, yy, yz, zz`.
 pub const SIX: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-/// The block `a I + w wᵀ` of a spring: `wx, wy, wz, a`.
+/// The block `a I + κ w wᵀ` of a spring: `wx, wy, wz, a`. All springs of a matrix share the unit
+/// `κ`.
 pub type SpringBlock = [f64; 4];
 
-/// `xx, xy, xz, yy, yz, zz` of a [`SpringBlock`].
+/// `xx, xy, xz, yy, yz, zz` of a [`SpringBlock`] with this unit.
 #[inline(always)]
-pub fn six([wx, wy, wz, a]: SpringBlock) -> [f64; 6] {
-    [wx * wx + a, wx * wy, wx * wz, wy * wy + a, wy * wz, wz * wz + a]
+pub fn six([wx, wy, wz, a]: SpringBlock, unit: f64) -> [f64; 6] {
+    let [x, y, z] = [unit * wx, unit * wy, unit * wz];
+    [x * wx + a, x * wy, x * wz, y * wy + a, y * wz, z * wz + a]
 }
 
 /// A symmetric matrix of symmetric 3×3 blocks along bands beside the diagonal.
@@ -57,6 +59,9 @@ pub struct SpringBlocks<'a> {
     pub general: &'a mut Vec<[f64; 6]>,
     /// One block for each spring.
     pub springs: &'a mut [SpringBlock],
+    /// `κ` of the blocks. It makes `w` a number without a unit: if it grows with the matrix by a
+    /// power of two, no digit changes, as a square root of the stiffness itself would.
+    pub unit: &'a mut f64,
     /// Rows of each spring, the lower first.
     pub ends: &'a [[u32; 2]],
     /// Index into `springs` of each edge that the matrix was made with, in their order; no two are
@@ -78,7 +83,7 @@ pub enum BlockLayout<'a> {
 pub enum Coupling {
     /// Along bands with these offsets, in increasing order.
     Bands(Vec<usize>),
-    /// One block `a I + w wᵀ` a spring.
+    /// One block `a I + κ w wᵀ` a spring.
     Pairs,
     /// Compressed rows, if neither of the others suits.
     Rows,

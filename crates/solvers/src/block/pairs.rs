@@ -1,9 +1,9 @@
-//! One block `a I + w wᵀ` for each spring: the matrix of a general mesh.
+//! One block `a I + κ w wᵀ` for each spring: the matrix of a general mesh.
 //!
 //! A spring from `i` to `j` adds its block `B` at (i, i) and (j, j), and `−B` at (i, j) and (j, i).
 //! With full damping, or none, `B` is a multiple of the identity and a multiple of the square of
 //! the direction. So four numbers hold it, and a product computes one force
-//! `B (x_i − x_j) = a d + w (w·d)` for both ends. Diagonal blocks are computed when they are read.
+//! `B (x_i − x_j) = a d + w (κ w·d)` for both ends. Diagonal blocks are computed when they are read.
 //! Two springs between the same rows have one block each.
 //!
 //! The springs lie in the order of their lower, then of their higher end. A row sums its mass times
@@ -14,9 +14,9 @@
 //!
 //! # What it costs
 //!
-//! With `p` springs a row a product takes `23 p + 3` flops a row and moves `36 p` bytes of springs
+//! With `p` springs a row a product takes `24 p + 3` flops a row and moves `36 p` bytes of springs
 //! and their ends, 16 of mass and places, and 72 of vectors: on a sheet with tension, shear and
-//! bending springs (`p` = 6) 141 flops and 304 bytes, against 234 flops and 1036 bytes in
+//! bending springs (`p` = 6) 147 flops and 304 bytes, against 234 flops and 1036 bytes in
 //! compressed rows. The springs from earlier rows wrote to `y`. Where coupled rows have near
 //! numbers, it is still in cache.
 //!
@@ -44,6 +44,8 @@ pub(super) struct Pairs {
     /// Further diagonal blocks, one a row: `xx, xy, xz, yy, yz, zz`. Empty if there are none.
     general: Vec<[f64; 6]>,
     springs: Vec<SpringBlock>,
+    /// `κ`.
+    unit: f64,
     /// Rows of each spring, the lower first; rising.
     ends: Vec<[u32; 2]>,
     /// The spring of each edge given to [`new`](Self::new).
@@ -88,6 +90,7 @@ impl Pairs {
             own: vec![0.0; n],
             general: Vec::new(),
             springs: vec![[0.0; 4]; ends.len()],
+            unit: 1.0,
             slots,
             starts: starts(n, ends.iter().map(|[i, _]| *i)),
             others: ends.iter().map(|[_, j]| *j).collect(),
@@ -141,7 +144,7 @@ impl Pairs {
             let first = self.ends.partition_point(|other| *other < ends);
             let springs = self.ends[first..].iter().zip(&self.springs[first..]);
             let between = springs.take_while(|(other, _)| **other == ends);
-            between.fold([0.0; 6], |sum, (_, spring)| subtracted(sum, six(*spring)))
+            between.fold([0.0; 6], |sum, (_, spring)| subtracted(sum, six(*spring, self.unit)))
         };
         Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
@@ -155,10 +158,10 @@ impl Pairs {
             sum = added(sum, *general);
         }
         for &spring in self.incoming(i) {
-            sum = added(sum, six(self.springs[spring as usize]));
+            sum = added(sum, six(self.springs[spring as usize], self.unit));
         }
         for spring in &self.springs[self.outgoing(i)] {
-            sum = added(sum, six(*spring));
+            sum = added(sum, six(*spring, self.unit));
         }
         sum
     }
@@ -171,7 +174,7 @@ impl Pairs {
         let incoming = self.incoming(i).iter().map(|&spring| spring as usize);
         let springs: Vec<usize> = incoming.chain(self.outgoing(i)).collect();
         for spring in springs {
-            let block = six(std::mem::take(&mut self.springs[spring]));
+            let block = six(std::mem::take(&mut self.springs[spring]), self.unit);
             let [lower, higher] = self.ends[spring].map(|end| end as usize);
             self.add_general(if lower == i { higher } else { lower }, block);
         }
@@ -182,8 +185,8 @@ impl Pairs {
     }
 
     pub(super) fn blocks_mut(&mut self) -> SpringBlocks<'_> {
-        let Self { own, general, springs, ends, slots, .. } = self;
-        SpringBlocks { own, general, springs, ends, slots }
+        let Self { own, general, springs, unit, ends, slots, .. } = self;
+        SpringBlocks { own, general, springs, unit, ends, slots }
     }
 
     /// The springs of row `i` to later rows.
@@ -213,10 +216,12 @@ impl Pairs {
             }
             for &spring in self.incoming(i) {
                 let spring = spring as usize;
-                *y -= force(&self.springs[spring], &(x[self.ends[spring][0] as usize] - x[i]));
+                let d = x[self.ends[spring][0] as usize] - x[i];
+                *y -= force(&self.springs[spring], self.unit, &d);
             }
             for spring in self.outgoing(i) {
-                *y += force(&self.springs[spring], &(x[i] - x[self.ends[spring][1] as usize]));
+                let d = x[i] - x[self.ends[spring][1] as usize];
+                *y += force(&self.springs[spring], self.unit, &d);
             }
         }
     }
@@ -251,8 +256,8 @@ fn add_product(y: &mut Vec3, [xx, xy, xz, yy, yz, zz]: &[f64; 6], x: &Vec3) {
 
 /// The product of a spring's block with the difference `d` of its ends.
 #[inline(always)]
-fn force([wx, wy, wz, a]: &SpringBlock, d: &Vec3) -> Vec3 {
-    let along = wx * d.x + wy * d.y + wz * d.z;
+fn force([wx, wy, wz, a]: &SpringBlock, unit: f64, d: &Vec3) -> Vec3 {
+    let along = unit * (wx * d.x + wy * d.y + wz * d.z);
     Vec3::new(a * d.x + wx * along, a * d.y + wy * along, a * d.z + wz * along)
 }
 
@@ -285,7 +290,8 @@ impl pulp::WithSimd for Product<'_> {
                 for &spring in matrix.incoming(j) {
                     let i = matrix.ends[spring as usize][0] as usize;
                     if i < first {
-                        y[j - first] -= force(&matrix.springs[spring as usize], &(x[i] - x[j]));
+                        let block = &matrix.springs[spring as usize];
+                        y[j - first] -= force(block, matrix.unit, &(x[i] - x[j]));
                     }
                 }
             }
@@ -296,7 +302,7 @@ impl pulp::WithSimd for Product<'_> {
             let (here, mut sum) = (x[i], y[i - first]);
             for (spring, &other) in matrix.springs[springs].iter().zip(others) {
                 let other = other as usize;
-                let force = force(spring, &(here - x[other]));
+                let force = force(spring, matrix.unit, &(here - x[other]));
                 sum += force;
                 // The other end may belong to a later band.
                 if let Some(y) = y.get_mut(other - first) {

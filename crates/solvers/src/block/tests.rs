@@ -75,10 +75,14 @@ fn assert_same_matrix(n: usize, edges: &Edges, coupling: &Coupling, seed: u64) {
     }
 }
 
+/// `κ` of blocks of springs.
+const UNIT: f64 = 1.7;
+
 /// Writes the blocks of the springs at all edges.
 fn write_springs(a: &mut BlockMatrix, blocks: &[SpringBlock]) {
     let Some(BlockLayout::Pairs(matrix)) = a.fast_layout() else { panic!("no matrix of springs") };
     assert_eq!(matrix.slots.len(), blocks.len());
+    *matrix.unit = UNIT;
     for (&slot, block) in matrix.slots.iter().zip(blocks) {
         if let Some(place) = matrix.springs.get_mut(slot as usize) {
             *place = *block;
@@ -101,7 +105,7 @@ fn springs(n: usize, edges: &Edges, random: &mut Random) -> [BlockMatrix; 2] {
     let blocks: Vec<_> = edges.iter().map(|_| block(random)).collect();
     for (&(i, j), [wx, wy, wz, a]) in edges.iter().zip(&blocks) {
         let w = Vec3::new(*wx, *wy, *wz);
-        both[0].add_pair(i, j, &(w * w.transpose() + Mat3::from_diagonal_element(*a)));
+        both[0].add_pair(i, j, &(w * w.transpose() * UNIT + Mat3::from_diagonal_element(*a)));
     }
     write_springs(&mut both[1], &blocks);
     both

@@ -5,7 +5,8 @@ use super::sweep::{Law, Pass, Springs, Windows};
 use super::{COLLAPSED, pairs, tangent, tests};
 use crate::effects::Spring;
 use crate::{
-    BlockSink, Level, Linearised, Mat3, State, StiffnessProduct, System, Tangent, Vec3, parse,
+    BlockSink, Level, Linearised, Mat3, State, StiffnessProduct, System, SystemSpec, Tangent, Vec3,
+    parse,
 };
 use drape_kernels::blocks::{
     BandPlanes, BlockLayout, Coupling, SIX, SpringBlock, SpringBlocks, six,
@@ -54,6 +55,7 @@ struct Memory {
     own: Vec<f64>,
     general: Vec<[f64; 6]>,
     springs: Vec<SpringBlock>,
+    unit: f64,
     ends: Vec<[u32; 2]>,
     slots: Vec<u32>,
 }
@@ -80,17 +82,20 @@ impl Memory {
         planes.chunks_mut(stride).for_each(|plane| plane[lead..lead + n].fill(7.0));
         let (own, general) = (vec![7.0; n], vec![[7.0; 6]; n]);
         let springs = vec![[7.0; 4]; list.len()];
-        Self { n, offsets, stride, lead, planes, own, general, springs, ends, slots }
+        let unit = 7.0;
+        Self { n, offsets, stride, lead, planes, own, general, springs, unit, ends, slots }
     }
 
     /// The layout for an effect's springs.
     fn layout(&mut self, coupling: &Coupling) -> BlockLayout<'_> {
-        let Self { offsets, stride, lead, planes, own, general, springs, ends, slots, .. } = self;
+        let Self {
+            offsets, stride, lead, planes, own, general, springs, unit, ends, slots, ..
+        } = self;
         match coupling {
             Coupling::Bands(_) => {
                 BlockLayout::Bands(BandPlanes { planes, stride: *stride, lead: *lead, offsets })
             }
-            _ => BlockLayout::Pairs(SpringBlocks { own, general, springs, ends, slots }),
+            _ => BlockLayout::Pairs(SpringBlocks { own, general, springs, unit, ends, slots }),
         }
     }
 
@@ -108,7 +113,7 @@ impl Memory {
             sums.blocks.insert((i, i), Mat3::from_diagonal_element(*own));
         }
         for (&[i, j], spring) in self.ends.iter().zip(&self.springs) {
-            let [xx, xy, xz, yy, yz, zz] = six(*spring);
+            let [xx, xy, xz, yy, yz, zz] = six(*spring, self.unit);
             let block = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
             sums.add_pair(i as usize, j as usize, &block);
         }
@@ -117,7 +122,7 @@ impl Memory {
 }
 
 /// The readable form of the block of a spring.
-fn spring_block(s: &Spring, at: &Linearised<'_>, is_damped: bool) -> SpringBlock {
+fn spring_block(s: &Spring, at: &Linearised<'_>, unit: f64, is_damped: bool) -> SpringBlock {
     let (i, j) = s.ends();
     let d = at.x[i] - at.x[j];
     let length = (d.x * d.x + d.y * d.y + d.z * d.z).sqrt();
@@ -128,7 +133,7 @@ fn spring_block(s: &Spring, at: &Linearised<'_>, is_damped: bool) -> SpringBlock
         Tangent::Projected => (1.0 - over).max(0.0),
     };
     let (stiffness, damping) = (at.stiffness_scale * s.stiffness, at.damping_scale * s.damping);
-    let w = u * (stiffness * (1.0 - across)).sqrt();
+    let w = u * (stiffness * (1.0 / unit) * (1.0 - across)).sqrt();
     [w.x, w.y, w.z, stiffness * across + if is_damped { damping } else { 0.0 }]
 }
 
@@ -165,11 +170,13 @@ fn assert_same_matrix(system: &System, state: &State, tangent: Tangent) {
         assert!(system.linearise(with_jacobian(system), &at(&state.x, tangent), layout, product));
         assert_same_bits("product", &expected, &fast);
         if coupling == Coupling::Pairs {
-            let mut slots = memory.slots.iter();
+            let (mut slots, mut unit) = (memory.slots.iter(), None);
             for effect in with_jacobian(system) {
                 let springs = pairs::listed(effect, system.mass()).unwrap();
                 springs.list.each(|s| {
-                    let expected = spring_block(s, &at(&state.x, tangent), springs.law.is_damped());
+                    let unit = *unit.get_or_insert(0.3 * s.stiffness);
+                    let is_damped = springs.law.is_damped();
+                    let expected = spring_block(s, &at(&state.x, tangent), unit, is_damped);
                     let block = &memory.springs[*slots.next().unwrap() as usize];
                     assert_same_bits((s.i, s.j), &expected.to_vec(), &block.to_vec());
                 });
@@ -213,6 +220,13 @@ fn stir(state: &mut State, seed: u64) {
 /// Random springs of three effects between `n` particles, some pairs in several of them, the last
 /// particle without one.
 fn mesh(n: usize, count: usize, damping: f64, law: &str, random: &mut Random) -> (System, State) {
+    let (system, mut state) = mesh_spec(n, count, damping, law, random).build().unwrap();
+    state.v.iter_mut().for_each(|v| *v = random.vector());
+    state.x[1] = state.x[0];
+    (system, state)
+}
+
+fn mesh_spec(n: usize, count: usize, damping: f64, law: &str, random: &mut Random) -> SystemSpec {
     let mut springs = String::new();
     for k in 0..count {
         let i = random.below(n - 1);
@@ -234,10 +248,7 @@ fn mesh(n: usize, count: usize, damping: f64, law: &str, random: &mut Random) ->
         r#"{{"format": "drape-system/1", "damping": "{law}", "springs": [{springs}],
         "particles": {{"mass_kg": {mass:?}, "position_m": {position:?}}}}}"#
     );
-    let (system, mut state) = parse("m.json", &text).unwrap().spec().build().unwrap();
-    state.v.iter_mut().for_each(|v| *v = random.vector());
-    state.x[1] = state.x[0];
-    (system, state)
+    parse("m.json", &text).unwrap().spec().clone()
 }
 
 proptest! {
@@ -318,6 +329,35 @@ fn a_table_of_other_springs_is_refused_and_nothing_is_written() {
         assert_eq!((out, memory.own), (state.x.clone(), vec![7.0; 9]));
         assert_eq!(memory.general, vec![[7.0; 6]; 9]);
         assert!(memory.springs.iter().flatten().all(|number| *number == 7.0));
+    }
+}
+
+/// Twice the mass, stiffness and damping give twice the matrix, and so the same motion, to the last
+/// bit, although blocks hold square roots.
+#[test]
+fn a_power_of_two_changes_no_digit_of_a_matrix_of_a_mesh() {
+    for factor in [2.0, 0.125] {
+        let [(once, unit), (scaled, scaled_unit)] = [1.0, factor].map(|factor| {
+            let mut spec = mesh_spec(9, 40, 0.4, "full", &mut Random::new(5));
+            spec.particles.mass_kg.iter_mut().for_each(|m| *m *= factor);
+            for s in &mut spec.springs {
+                s.stiffness_n_per_m *= factor;
+                s.damping_n_s_per_m *= factor;
+            }
+            let (system, state) = spec.build().unwrap();
+            let mut memory = Memory::new(&system);
+            let layout = memory.layout(&Coupling::Pairs);
+            assert!(system.linearise(
+                system.effects(),
+                &at(&state.x, Tangent::Exact),
+                layout,
+                None
+            ));
+            let own = memory.own.iter().map(|own| own / factor).collect::<Vec<_>>();
+            let blocks = memory.springs.iter().map(|[x, y, z, a]| [*x, *y, *z, a / factor]);
+            ((own, blocks.collect::<Vec<_>>()), memory.unit / factor)
+        });
+        assert_eq!((once, unit), (scaled, scaled_unit));
     }
 }
 
