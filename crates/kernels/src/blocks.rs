@@ -59,8 +59,8 @@ pub struct SpringBlocks<'a> {
     pub general: &'a mut Vec<[f64; 6]>,
     /// One block for each spring.
     pub springs: &'a mut [SpringBlock],
-    /// `κ` of the blocks. It makes `w` a number without a unit: if it grows with the matrix by a
-    /// power of two, no digit changes, as a square root of the stiffness itself would.
+    /// `κ` of the blocks: with it `w` has no unit. A matrix scaled by a power of two then keeps
+    /// every digit. Square roots of the stiffness itself would change for odd powers.
     pub unit: &'a mut f64,
     /// Rows of each spring, the lower first.
     pub ends: &'a [[u32; 2]],

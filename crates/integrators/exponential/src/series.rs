@@ -99,6 +99,7 @@ fn sum_parts<F: Four>(
 }
 
 /// `next = h H term` for as many columns as `term` has numbers. Writes whole groups of [`ROWS`].
+/// Where a term overflows, the zeros below `H` make NaN of it, and the step is refused.
 #[inline(always)]
 fn multiply<F: Four>(
     four: F,

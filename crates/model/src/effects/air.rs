@@ -19,9 +19,9 @@
 //! groups of four in which a triangle has no normal.
 //!
 //! On 52 × 52 particles a triangle takes 9.5 ns, as long as 3.9 springs of a grid (AMD EPYC of family
-//! 25, model 17). Four triangles take some 480 instructions in 140 cycles, and most instructions
-//! fetch: six vectors a triangle are gathered and three are added to, each with a check of its
-//! index. Springs of a grid need no index.
+//! 25, model 17). Four triangles take some 480 instructions in 140 cycles. Most of them read or
+//! write memory: a triangle reads six vectors and adds to three, and checks each index. Springs of a
+//! grid need no index.
 
 use super::registry::{self, Checked, Weave};
 use super::{BlockSink, Effect, EffectClass, EffectKind};

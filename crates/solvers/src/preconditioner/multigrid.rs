@@ -39,8 +39,8 @@ const LEAST_SHRINKAGE: f64 = 0.8;
 /// the matrix.
 ///
 /// A cycle on a sheet with 12.6 blocks a row costs about as much as 2.3 products, an update about
-/// ten. The bytes of the matrix bound it: sums in registers of four numbers were no faster on 52 × 52
-/// particles, whose 2.5 MB a cycle reads twice. If the couplings give no smaller level, the matrix itself is factorised.
+/// ten. Sums in registers of four numbers were no faster on 52 × 52 particles: a cycle reads their
+/// 2.5 MB twice. If the couplings give no smaller level, the matrix itself is factorised.
 ///
 /// ```
 /// use drape_solvers::{BlockMatrix, Mat3, Multigrid, Preconditioner, ScalarMatrix, Vec3};

@@ -9,8 +9,8 @@
 //! On 52 × 52 particles in disorder a hinge takes 16.5 ns, as long as 6.8 springs of a grid (AMD EPYC
 //! of family 25, model 17). Four hinges take some 690 instructions in 240 cycles. A tenth of the
 //! time gathers positions, an eighth adds forces at the ends. The rest is the angle and its
-//! gradient, whose 11 quotients and a root keep the divider busy for a quarter of the time; a
-//! reciprocal in their place would change the last bits. Two groups at a time, so that one computes
+//! gradient. Their 11 quotients and a root alone keep the divider busy for a quarter of the time.
+//! Reciprocals in their place would change the last bits. Two groups at a time, so that one computes
 //! while the other waits, were only 4 % faster.
 
 use super::HingeSpec;

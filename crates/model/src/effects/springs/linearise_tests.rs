@@ -361,6 +361,21 @@ fn a_power_of_two_changes_no_digit_of_a_matrix_of_a_mesh() {
     }
 }
 
+#[test]
+fn the_unit_is_the_first_stiffness_whose_inverse_is_a_number() {
+    for (first, second, unit) in [(0.0, 2.0, 0.3 * 2.0), (1e-310, 2.0, 1.0), (0.0, 0.0, 1.0)] {
+        let mut spec = mesh_spec(9, 40, 0.4, "full", &mut Random::new(5));
+        spec.springs.iter_mut().for_each(|s| s.stiffness_n_per_m = second);
+        spec.springs[0].stiffness_n_per_m = first;
+        let (system, state) = spec.build().unwrap();
+        let mut memory = Memory::new(&system);
+        let layout = memory.layout(&Coupling::Pairs);
+        assert!(system.linearise(system.effects(), &at(&state.x, Tangent::Exact), layout, None));
+        assert_eq!(memory.unit, unit);
+        assert!(memory.springs.iter().flatten().all(|number| number.is_finite()));
+    }
+}
+
 /// No real vector has a square below zero.
 #[test]
 fn a_negative_factor_of_the_stiffness_is_refused_on_meshes() {

@@ -9,9 +9,10 @@
 //! `a = σ k (1 − ℓ/L) + τ c`, `q = √(σ k ℓ/(L κ)) û`
 //!
 //! (`ℓ/L` is at most 1 with [`Tangent::Projected`]). `κ` is `σ k` of the first spring that has
-//! stiffness. So a cloth of `2ⁿ` times the mass, stiffness and damping moves with the same bits. Each spring has a block of its own, which the
-//! sweep writes once, in the place that a [table](SpringBlocks::slots) gives. Nothing is summed but
-//! the forces, spring after spring as in the reference form.
+//! stiffness, so `q` has no unit. With `2ⁿ` times the mass, stiffness and damping a cloth therefore
+//! moves with the same bits. Each spring has a block of its own, which the sweep writes once, in the
+//! place that a [table](SpringBlocks::slots) gives. Nothing is summed but the forces, spring after
+//! spring as in the reference form.
 //!
 //! # What it costs
 //!
@@ -29,6 +30,8 @@ use super::tangent::{Linearised, StiffnessProduct, unit_block, unit_direction};
 use crate::{Effect, Part, Tangent, Vec3};
 use drape_kernels::blocks::{SpringBlock, SpringBlocks};
 
+/// A smaller unit is none: its inverse might leave the range of numbers.
+const LEAST_UNIT: f64 = 1e-100;
 /// Springs of a batch: the arrays stay in the first-level cache.
 const BATCH: usize = 64;
 
@@ -79,7 +82,7 @@ pub(crate) fn add<'a>(
     matrix.general.clear();
     let mut stiffnesses = springs.clone().flat_map(|springs| &springs.list.stiffness);
     let first = stiffnesses.find(|k| **k > 0.0).map_or(0.0, |k| at.stiffness_scale * k);
-    *matrix.unit = if first > 0.0 { first } else { 1.0 };
+    *matrix.unit = if first > LEAST_UNIT { first } else { 1.0 };
     let mut slots = matrix.slots;
     for ListedSprings { list, law } in springs {
         let (own, rest) = slots.split_at(list.ends.len());

@@ -339,8 +339,8 @@ impl Setting {
             || starts.par_iter().map(|start| shot(start, substeps)).collect::<Result<Vec<_>, _>>(),
             || rayon::join(|| shot(&self.simulation, substeps / 2), || self.released()),
         );
-        let (coarse, released) = (coarse?, released?);
         self.members = members?;
+        let (coarse, released) = (coarse?, released?);
         self.scene.released_j = released;
         self.scene.prestress = elastic_energy(&self.simulation) / released;
         let (first, others) = (&self.members[0], &self.members[1..]);
@@ -363,8 +363,8 @@ impl Setting {
         BUDGET.max(SWEEPS_A_FRAME * finer * f64::from(self.case.frames) * sweep)
     }
 
-    /// What the camera sees of a true motion. Nobody asks for its energy, which would take as long
-    /// as the motion.
+    /// What the camera sees of a true motion. The run does not watch its energy, which would double
+    /// the time.
     fn film_of_truth(
         &self,
         start: &Simulation,

@@ -109,8 +109,7 @@ impl Setting {
         truth.members[0].end.clone_from(&setting.exact);
         let mut scene = setting.scene.clone();
         (scene.floor, scene.energy_floor) = (noise.error, noise.energy);
-        let enough = setting.enough.max(noise.error);
-        Ok(Self { truth: Some(truth), scene, enough, ..setting })
+        Ok(Self { truth: Some(truth), scene, ..setting })
     }
 }
 
