@@ -80,7 +80,7 @@ const METHOD: &str = "\
     material. The error is ‖x − \
     x_ref‖/‖x_ref − x₀‖ at the end, mass-weighted. The reference is DOP853 (adaptive, order 8) at \
     tolerance 10⁻¹⁰; its own error is the distance from a run at 10⁻⁹. Methods take T/2ʲ as their \
-    step until the error is below 10⁻⁴ or the run exceeds the budget of its scene. Implicit \
+    step until the error is below 10⁻⁵ or the run exceeds the budget of its scene. Implicit \
     methods begin at T/8, explicit ones beyond their limit. `leapfrog` divides frames of T/16 into \
     steps below its stability limit, of which it uses the share `safety`. For comparison, `dop853` \
     is the adaptive method of the library `ode_solvers` at tolerances from 10⁻² to 10⁻¹⁰. Modelled \

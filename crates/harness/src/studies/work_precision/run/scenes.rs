@@ -60,9 +60,8 @@ const STIFF: f64 = 1e6;
 /// Largest effort of other runs on up to [`SIDE`]² particles. It grows in proportion to the
 /// particles beyond.
 const SMALL_BUDGET: f64 = 3e7;
-/// No finer run is made after one with a smaller error than this, the least at which methods are
-/// ranked.
-const ENOUGH: f64 = 1e-4;
+/// No finer run is made after one with a smaller error than this.
+const ENOUGH: f64 = 1e-5;
 /// Tolerance of the reference solution.
 pub(in crate::studies) const TOLERANCE: f64 = 1e-10;
 

@@ -11,13 +11,13 @@ use drape_report::number::median_s;
 pub(super) const METHOD: &str = "\
     One run at a time on one thread. The time includes set-up and all steps, but not the work of \
     the harness between steps; for `dop853` it is the whole call of the library. Seconds are the \
-    median of three repetitions; a run beyond 0.05 s is timed once. The study times the lightly \
+    median of three repetitions; a run beyond 0.3 s is timed once. The study times the lightly \
     damped series over the stiffness, the heavily damped sheets from k/m = 10⁶ s⁻² on, and the \
     finest sheet of the same cloth. Of every form it times the quick runs and the runs that are \
     close to a front. A run is ranked only if it repeats the recorded error to the last bit.";
 
 /// A run that takes longer than this is timed once, ns.
-const LONG_NS: u64 = 50_000_000;
+const LONG_NS: u64 = 300_000_000;
 const REPETITIONS: usize = 3;
 /// All runs up to this effort, in visits of a spring, are timed: the prices of work rest on them.
 const QUICK: f64 = 1e7;
