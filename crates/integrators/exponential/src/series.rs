@@ -2,13 +2,12 @@
 //! the matrix is small. Unlike a full exponential it takes products with vectors only.
 
 use drape_solvers::lanes::{Four, Lanes, four_wide, vectorised};
+use drape_solvers::vector::SLOTS;
 
 /// Most terms of a Taylor series; `4⁵⁰/50!` is far below round-off.
 const MAX_TERMS: u32 = 50;
 /// Rows of a product that are summed at the same time, each from the first column to the last.
 const ROWS: usize = 16;
-/// Numbers in a register.
-const SLOTS: usize = 4;
 
 /// The upper Hessenberg matrix `H` by columns, with zeros below, and the vectors of a series.
 #[derive(Debug)]
@@ -99,7 +98,8 @@ fn sum_parts<F: Four>(
 }
 
 /// `next = h H term` for as many columns as `term` has numbers. Writes whole groups of [`ROWS`].
-/// Where a term overflows, the zeros below `H` make NaN of it, and the step is refused.
+/// Where a term overflows, the zeros below `H` make NaN of it. Such a subspace serves no step of
+/// this length.
 #[inline(always)]
 fn multiply<F: Four>(
     four: F,

@@ -83,19 +83,20 @@ pub(crate) fn add<'a>(
     let mut stiffnesses = springs.clone().flat_map(|springs| &springs.list.stiffness);
     let first = stiffnesses.find(|k| **k > 0.0).map_or(0.0, |k| at.stiffness_scale * k);
     *matrix.unit = if first > LEAST_UNIT { first } else { 1.0 };
+    let inverse_unit = 1.0 / *matrix.unit;
     let mut slots = matrix.slots;
     for ListedSprings { list, law } in springs {
         let (own, rest) = slots.split_at(list.ends.len());
         slots = rest;
         let damping_scale = if law.is_damped() { at.damping_scale } else { 0.0 };
-        let (blocks, unit) = (&mut *matrix.springs, *matrix.unit);
+        let blocks = &mut *matrix.springs;
         // Without a product the kernel computes the forces of any vector, and nothing reads them.
         let (w, out) = match &mut product {
             Some(StiffnessProduct { w, out }) => (*w, Some(&mut **out)),
             None => (at.x, None),
         };
         let at = Linearised { damping_scale, ..*at };
-        pulp::Arch::new().dispatch(Batches { list, slots: own, at, blocks, unit, w, out });
+        pulp::Arch::new().dispatch(Batches { list, slots: own, at, blocks, inverse_unit, w, out });
     }
     true
 }
@@ -106,8 +107,8 @@ struct Batches<'a> {
     slots: &'a [u32],
     at: Linearised<'a>,
     blocks: &'a mut [SpringBlock],
-    /// `κ`.
-    unit: f64,
+    /// `1/κ`.
+    inverse_unit: f64,
     w: &'a [Vec3],
     out: Option<&'a mut [Vec3]>,
 }
@@ -128,14 +129,14 @@ impl Batches<'_> {
     /// Writes the blocks and adds the forces of all springs.
     #[inline(always)]
     fn write(self, law: impl Fn(f64) -> f64) {
-        let Self { list, slots, at, blocks, unit, w, mut out } = self;
+        let Self { list, slots, at, blocks, inverse_unit, w, mut out } = self;
         let mut batch = Batch::default();
         let places = list.ends.chunks(BATCH).zip(slots.chunks(BATCH));
         for (b, (ends, slots)) in places.enumerate() {
             let range = b * BATCH..b * BATCH + ends.len();
             batch.read(ends, at.x, w);
             let parameters = [&list.rest_length, &list.stiffness, &list.damping];
-            batch.compute(parameters.map(|p| &p[range.clone()]), &at, 1.0 / unit, &law);
+            batch.compute(parameters.map(|p| &p[range.clone()]), &at, inverse_unit, &law);
             for (t, (&[i, j], &slot)) in ends.iter().zip(slots).enumerate() {
                 if i == j {
                     continue;
