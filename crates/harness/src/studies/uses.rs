@@ -6,7 +6,7 @@ use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
 use serde::de::DeserializeOwned;
 use std::path::Path;
-use trajectory::facts::{Facts, Winner};
+use trajectory::facts::{Facts, Row, Winner};
 
 /// A use and the method to take for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -150,7 +150,7 @@ fn ties(what: &str, labels: &[String]) -> String {
 /// The fastest good method, and its ties, on the scene of `animation` whose name contains `part`.
 /// The reason adds what a comparison advises for the bundled scene of the use.
 fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String> {
-    use animation::facts::{Facts, Run, TIE, TimingRow};
+    use animation::facts::{Facts, GOOD, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "animation")?;
     let has_part = |scene: &&animation::facts::Scene| scene.id.contains(part);
     let scene = facts.scenes.iter().find(has_part).ok_or_else(|| {
@@ -171,11 +171,13 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     }
     least.sort_by(|a, b| a.1.total_cmp(&b.1));
     let place = match scene.id.split(',').next().unwrap_or_default() {
-        "led" => format!("a led sheet of {}", scene.particles),
-        place => format!("a sheet of {} {place}", scene.particles),
+        "led" => format!("{} particles, one edge moved to and fro", scene.particles),
+        place => format!("{} particles {place}", scene.particles),
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
-    let measured = format!("{place}, within {:.0} mm", 1e3 * scene.good_m());
+    let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
+    let (asked, advice) = advised(results, bundled)?;
+    let measured = format!("{place}, within {:.0} mm{noise}{asked}", 1e3 * scene.good_m());
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
         return Ok(["none".to_owned(), measured, why]);
@@ -193,28 +195,31 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
         None => "its kinetic energy and its strain are kept".to_owned(),
     };
     let why = format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time);
-    Ok([take, measured, format!("{why}{}", advised(results, bundled)?)])
+    Ok([take, measured, format!("{why}{advice}")])
 }
 
-/// What `drape compare` advises for a bundled scene; empty if it was not asked.
-fn advised(results: &Path, scene: &str) -> Result<String, String> {
+/// What `drape compare` advises for a bundled scene, in short and with the numbers; empty if it was
+/// not asked.
+fn advised(results: &Path, scene: &str) -> Result<[String; 2], String> {
     use regret::facts::TimingRow;
     let timings: Vec<TimingRow> = timings(results, "regret")?;
     let Some(row) = timings.iter().find(|row| row.scene == scene) else {
-        return Ok(String::new());
+        return Ok([String::new(), String::new()]);
     };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
         |label| format!("`{label}` with {} steps a frame", row.substeps),
     );
-    Ok(format!(
+    let asked = format!("; `drape compare {scene}` ({} particles): {advice}", row.particles);
+    let numbers = format!(
         ". For the bundled scene `{scene}` ({} particles, within {:.1} mm), `drape compare` advises \
          in {:.0} s: {advice} (`regret`, on {})",
         row.particles,
         1e3 * row.target_m,
         row.budget_s,
         processor(results, "regret")?
-    ))
+    );
+    Ok([asked, numbers])
 }
 
 /// The form that is nearest to the cheapest on every round table.
@@ -225,20 +230,22 @@ struct Rest {
     near: Vec<String>,
     /// The most that it takes over the least time on a table.
     ratio: f64,
+    /// The fewest and the most steps in 0.1 s that it needs on a table.
+    steps: [usize; 2],
+    /// What it is measured on.
+    measured: String,
     why: String,
 }
 
 /// The form for a drape test.
 fn laid(rest: Option<&Rest>) -> Answer {
-    let (take, why) = rest.map_or_else(
-        || ("none".to_owned(), "`rest`: no form comes to rest on all".to_owned()),
-        |rest| (format!("`{}`{}", rest.form, ties("near", &rest.near)), rest.why.clone()),
-    );
-    [take, TABLES.to_owned(), why]
+    let Some(Rest { form, near, steps: [least, most], measured, why, .. }) = rest else {
+        let why = "`rest`: no form comes to rest on all".to_owned();
+        return ["none".to_owned(), "study `rest`".to_owned(), why];
+    };
+    let take = format!("`{form}`, {least} to {most} steps in 0.1 s{}", ties("near", near));
+    [take, measured.clone(), why.clone()]
 }
-
-/// What the form for the way to rest is measured on.
-const TABLES: &str = "round tables of `rest`: computing time until rest";
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
 fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
@@ -272,17 +279,32 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     let Some(first) = labels.first() else { return Ok(None) };
     let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
     let near = near.take(4).map(|label| format!("`{label}`")).collect();
-    let told: Vec<_> = round
+    let fastest: Vec<(f64, usize)> = round
         .iter()
         .map(|scene| {
             let seconds = least(scene, Some(first));
             let own = |(run, time): &&(&Run, f64)| {
                 (run.scene.as_str(), run.label.as_str(), *time) == (*scene, *first, seconds)
             };
-            let steps = right.iter().find(own).map_or(0, |(run, _)| run.steps);
-            format!("{:.0} ms with {steps}", 1e3 * seconds)
+            (seconds, right.iter().find(own).map_or(0, |(run, _)| run.steps))
         })
         .collect();
+    let told =
+        fastest.iter().map(|(seconds, steps)| format!("{:.0} ms with {steps}", 1e3 * seconds));
+    let told: Vec<_> = told.collect();
+    let all_steps = || fastest.iter().map(|(_, steps)| *steps);
+    let steps = [all_steps().min().unwrap_or(0), all_steps().max().unwrap_or(0)];
+    let on_table = facts.scenes.iter().filter(|scene| round.contains(&scene.id.as_str()));
+    let mut sizes: Vec<usize> = on_table.map(|scene| scene.particles).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let sizes: Vec<_> = sizes.iter().map(usize::to_string).collect();
+    let measured = format!(
+        "cloth of {} particles on {} round tables (study `rest`): least computing time until it lies \
+         still",
+        sizes.join(" or "),
+        round.len()
+    );
     let why = format!(
         "`rest`, {} round tables: computing time until the cloth rests, with so many steps in 0.1 s: \
          {}; at most {:.1} times the least computing time until rest",
@@ -292,7 +314,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     );
     let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
     let form = form.map_or_else(|| (*first).to_owned(), |method| short(method));
-    Ok(Some(Rest { form, near, ratio: ratio(first), why }))
+    Ok(Some(Rest { form, near, ratio: ratio(first), steps, measured, why }))
 }
 
 /// The winner on a soft sheet.
@@ -316,8 +338,15 @@ fn taught(results: &Path) -> Result<Answer, String> {
     let near: Vec<_> = tied.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
     let more = tied.len().saturating_sub(SHOWN);
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };
-    let take = format!("`{}`{}{more}", winning(soft), ties("tie", &near));
-    Ok([take, "a hanging sheet, within 1 %, by modelled time".to_owned(), why])
+    let is_its = |row: &&Row| row.scene == soft.scene && Some(&row.label) == soft.label.as_ref();
+    let row = facts.rows.iter().find(is_its);
+    let mut runs = row.into_iter().flat_map(|row| &row.runs);
+    let run = runs.find(|run| Some(run.value) == soft.value);
+    let step = run.and_then(|run| run.step_s).map(|step| format!(", step {:.0} ms", 1e3 * step));
+    let step = step.unwrap_or_default();
+    let take = format!("`{}`{step}{}{more}", winning(soft), ties("tie", &near));
+    let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, by modelled time";
+    Ok([take, measured.to_owned(), why])
 }
 
 /// The times of a million particles, and the form that is first on small cloth.
@@ -349,5 +378,6 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
             format!("; on small cloth `{form}` takes at most {ratio:.1} times the least time")
         }
     });
-    Ok([format!("unproven at that size{take}"), TABLES.to_owned(), why])
+    let measured = rest.map_or_else(|| "study `rest`".to_owned(), |rest| rest.measured.clone());
+    Ok([format!("unproven at that size{take}"), measured, why])
 }
