@@ -6,10 +6,10 @@
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use drape_solvers::{
-    BlockFactor, BlockJacobi, BlockMatrix, Constraints, FactorKind, Filter, IncompleteCholesky,
-    Jacobi, LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace, Preconditioner,
-    Reference, ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner, StartValue, Vec3,
-    filtered_pcg,
+    BlockFactor, BlockJacobi, BlockMatrix, Constraints, Coupling, FactorKind, Filter,
+    IncompleteCholesky, Jacobi, LinearOperator, Mat3, Multigrid, Norm, PcgSettings, PcgWorkspace,
+    Preconditioner, Reference, ScalarLayout, ScalarMatrix, ScalarPcg, ScalarPreconditioner,
+    StartValue, Vec3, filtered_pcg,
 };
 
 /// About as many as a step takes.
@@ -92,43 +92,68 @@ fn solves(criterion: &mut Criterion) {
 }
 
 /// The matrix of a Newton iteration at `h² k = 10⁴ m`, on a sheet that is stretched by a twentieth.
-fn stiff(side: usize) -> (BlockMatrix, ScalarMatrix) {
-    let right = (0..side * side).filter(|i| i % side + 1 < side).map(|i| (i, i + 1, Vec3::x()));
-    let down = (0..side * (side - 1)).map(|i| (i, i + side, Vec3::y()));
-    let edges: Vec<_> = right.chain(down).collect();
-    let pairs = || edges.iter().map(|&(i, j, _)| (i, j));
-    let mut a = BlockMatrix::with_pattern(side * side, pairs());
-    let mut springs = ScalarMatrix::with_pattern(side * side, pairs());
-    (0..side * side).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
-    for &(i, j, u) in &edges {
-        a.add_pair(i, j, &(1e4 * (0.05 * Mat3::identity() + 0.95 * u * u.transpose())));
-        springs.add_edge(i, j, 1.0);
+fn stiff(side: usize, coupling: &Coupling) -> (BlockMatrix, ScalarMatrix) {
+    let springs = [(1, 0, 1.0), (0, 1, 1.0), (1, 1, 0.1), (-1, 1, 0.1), (2, 0, 0.1), (0, 2, 0.1)];
+    let side = side as isize;
+    let edges: Vec<_> = springs
+        .into_iter()
+        .flat_map(|(right, down, stiffness)| {
+            let is_inside =
+                move |i: &isize| (0..side).contains(&(i % side + right)) && i / side + down < side;
+            let u = Vec3::new(right as f64, down as f64, 0.0).normalize();
+            let from = (0..side * side).filter(is_inside);
+            from.map(move |i| (i as usize, (i + down * side + right) as usize, u, stiffness))
+        })
+        .collect();
+    let n = (side * side) as usize;
+    let pairs = || edges.iter().map(|&(i, j, _, _)| (i, j));
+    let mut a = BlockMatrix::new(n, coupling, pairs());
+    let mut springs = ScalarMatrix::with_pattern(n, pairs());
+    (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+    for &(i, j, u, stiffness) in &edges {
+        let block = 0.05 * Mat3::identity() + 0.95 * u * u.transpose();
+        a.add_pair(i, j, &(1e4 * stiffness * block));
+        springs.add_edge(i, j, stiffness);
     }
     (a, springs)
 }
 
 fn blocks(criterion: &mut Criterion) {
     for side in [20, 52, 100] {
-        let (a, springs) = stiff(side);
-        let b: Vec<Vec3> =
-            (0..a.n()).map(|i| Vec3::new(i as f64, 1.0, 0.5).map(f64::sin)).collect();
-        let mut x = b.clone();
-        let mut factor =
-            BlockFactor::new(&a, FactorKind::Cholesky).expect("a factor that fits into memory");
-        let mut multigrid = Multigrid::new(&a, &springs).expect("a factor that fits into memory");
-        let mut jacobi = BlockJacobi::new(&a);
-        let mut group = criterion.benchmark_group(format!("blocks/{side}"));
-        group.throughput(Throughput::Elements(a.n() as u64));
-        group.bench_function("product", |bencher| bencher.iter(|| a.multiply(&b, &mut x)));
-        group.bench_function("cholesky/update", |bencher| bencher.iter(|| factor.factorise(&a)));
-        group.bench_function("cholesky/apply", |bencher| bencher.iter(|| factor.solve(&b, &mut x)));
-        group.bench_function("multigrid/update", |bencher| bencher.iter(|| multigrid.update(&a)));
-        group.bench_function("multigrid/apply", |bencher| {
-            bencher.iter(|| multigrid.on(&a).apply(&b, &mut x));
-        });
-        group.bench_function("jacobi/update", |bencher| bencher.iter(|| jacobi.update(&a)));
-        group.bench_function("jacobi/apply", |bencher| bencher.iter(|| jacobi.apply(&b, &mut x)));
-        group.finish();
+        let bands = Coupling::Bands(vec![1, 2, side - 1, side, side + 1, 2 * side]);
+        for (layout, coupling) in [("blocks", Coupling::Rows), ("bands", bands)] {
+            let (a, springs) = stiff(side, &coupling);
+            let b: Vec<Vec3> =
+                (0..a.n()).map(|i| Vec3::new(i as f64, 1.0, 0.5).map(f64::sin)).collect();
+            let mut x = b.clone();
+            let fits = "a factor that fits into memory";
+            let mut multigrid = Multigrid::new(&a, &springs).expect(fits);
+            let mut jacobi = BlockJacobi::new(&a);
+            let mut group = criterion.benchmark_group(format!("{layout}/{side}"));
+            group.throughput(Throughput::Elements(a.n() as u64));
+            group.bench_function("product", |bencher| bencher.iter(|| a.multiply(&b, &mut x)));
+            group.bench_function("multigrid/update", |bencher| {
+                bencher.iter(|| multigrid.update(&a));
+            });
+            group.bench_function("multigrid/keep", |bencher| bencher.iter(|| multigrid.keep(&a)));
+            group.bench_function("multigrid/apply", |bencher| {
+                bencher.iter(|| multigrid.apply(&b, &mut x));
+            });
+            group.bench_function("jacobi/update", |bencher| bencher.iter(|| jacobi.update(&a)));
+            group.bench_function("jacobi/apply", |bencher| {
+                bencher.iter(|| jacobi.apply(&b, &mut x));
+            });
+            if coupling == Coupling::Rows {
+                let mut factor = BlockFactor::new(&a, FactorKind::Cholesky).expect(fits);
+                group.bench_function("cholesky/update", |bencher| {
+                    bencher.iter(|| factor.factorise(&a));
+                });
+                group.bench_function("cholesky/apply", |bencher| {
+                    bencher.iter(|| factor.solve(&b, &mut x));
+                });
+            }
+            group.finish();
+        }
     }
 }
 

@@ -90,8 +90,8 @@ impl Implicit {
         self.block_matrix_in(&system.coupling(self.effects(system)), system)
     }
 
-    /// As [`block_matrix`](Self::block_matrix), but in compressed rows, as factorisations,
-    /// multigrid and contacts require.
+    /// As [`block_matrix`](Self::block_matrix), but in compressed rows, as factorisations and
+    /// contacts require.
     pub fn block_rows(self, system: &System) -> BlockMatrix {
         self.block_matrix_in(&Coupling::Rows, system)
     }

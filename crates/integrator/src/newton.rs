@@ -30,7 +30,7 @@ pub struct NewtonReport {
     /// Number of CG iterations, if CG solves the linear systems.
     pub cg_iterations: u32,
     /// Number of products with the matrix in CG. A multigrid cycle and its set-up count as the
-    /// number of products that read as many blocks.
+    /// number of products that multiply as many blocks.
     pub matvecs: u32,
     /// `‖S∇Φ‖_{M⁻¹}` at the end, √J.
     pub residual: f64,

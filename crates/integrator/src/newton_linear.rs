@@ -237,10 +237,6 @@ impl NewtonMatrix {
         settings: NewtonLinear,
     ) -> Result<Self, PrepareError> {
         let n = system.len();
-        // Factors and multigrid read compressed rows, and contacts give blocks that are not
-        // symmetric.
-        let is_cg = matches!(settings.solver, NewtonSolver::Cg(_) | NewtonSolver::Auto);
-        let is_cg_alone = is_cg && !settings.factorises();
         let stiff = match settings.solver {
             NewtonSolver::Auto => {
                 let solver = NewtonSolver::Multigrid(ForcingRule::EisenstatWalker);
@@ -250,7 +246,8 @@ impl NewtonMatrix {
             }
             _ => None,
         };
-        let matrix = if is_cg_alone && system.obstacles().is_empty() {
+        // Factors read compressed rows, and contacts give blocks that are not symmetric.
+        let matrix = if !settings.factorises() && system.obstacles().is_empty() {
             potential.implicit().block_matrix(system)
         } else {
             potential.implicit().block_rows(system)
@@ -409,7 +406,7 @@ impl NewtonMatrix {
         direction.fill(Vec3::zeros());
         let max_iterations = PcgSettings::default_max(gradient.len());
         let settings = PcgSettings { forcing_term: forcing, norm: Norm::Euclid, max_iterations };
-        let (cycle, kept);
+        let kept;
         let mut cycle_products = 0;
         let mut has_levels = false;
         if let Some(multigrid) = multigrid {
@@ -431,8 +428,7 @@ impl NewtonMatrix {
             multigrid.as_ref().filter(|_| has_levels)
         {
             cycle_products = multigrid.products().cycle;
-            cycle = multigrid.on(matrix);
-            &cycle
+            multigrid
         } else if let Some(factor) = factor.as_mut().filter(|_| with_factor) {
             kept = Kept(RefCell::new(factor));
             &kept

@@ -128,8 +128,8 @@ pub use pcg::{
     filtered_pcg,
 };
 pub use preconditioner::{
-    BlockJacobi, CompleteCholesky, Cycle, DenseInverse, Identity, IncompleteCholesky, Jacobi,
-    Multigrid, Preconditioner, Products,
+    BlockJacobi, CompleteCholesky, DenseInverse, Identity, IncompleteCholesky, Jacobi, Multigrid,
+    Preconditioner, Products,
 };
 pub use scalar::{ResidualNorms, ScalarLayout, ScalarPcg, ScalarPreconditioner};
 pub use start::StartValue;

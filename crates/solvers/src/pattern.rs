@@ -57,16 +57,19 @@ impl Pattern {
     }
 
     /// Slots of row `i` left of the diagonal.
+    #[inline(always)]
     pub(crate) fn lower(&self, i: usize) -> Range<usize> {
         self.starts[i]..self.diagonal[i]
     }
 
     /// Slot of the diagonal entry of row `i`.
+    #[inline(always)]
     pub(crate) fn diagonal(&self, i: usize) -> usize {
         self.diagonal[i]
     }
 
     /// Column of a slot.
+    #[inline(always)]
     pub(crate) fn column(&self, slot: usize) -> usize {
         self.columns[slot] as usize
     }
@@ -85,16 +88,28 @@ impl Pattern {
         Some(start + found)
     }
 
+    /// The slot (j, i) of each slot (i, j) left of the diagonal, row by row.
+    pub(crate) fn mirrors(&self) -> Vec<u32> {
+        // Row j meets its columns beyond the diagonal in their order.
+        let mut next: Vec<usize> = self.diagonal.iter().map(|slot| slot + 1).collect();
+        let lower = (0..self.n()).flat_map(|i| self.lower(i));
+        lower
+            .map(|slot| {
+                let next = &mut next[self.column(slot)];
+                *next += 1;
+                (*next - 1) as u32
+            })
+            .collect()
+    }
+
     /// An error unless `other` is this pattern.
     pub(crate) fn check(&self, other: &Pattern) -> Result<(), SolverError> {
-        if self == other {
-            return Ok(());
-        }
-        Err(SolverError::PatternChanged {
-            expected_size: self.n(),
-            expected_nonzeros: self.nonzeros(),
-            size: other.n(),
-            nonzeros: other.nonzeros(),
-        })
+        if self == other { Ok(()) } else { Err(self.changed(other.n(), other.nonzeros())) }
+    }
+
+    /// The error for another matrix, with its numbers of rows and of slots.
+    pub(crate) fn changed(&self, size: usize, nonzeros: usize) -> SolverError {
+        let (expected_size, expected_nonzeros) = (self.n(), self.nonzeros());
+        SolverError::PatternChanged { expected_size, expected_nonzeros, size, nonzeros }
     }
 }

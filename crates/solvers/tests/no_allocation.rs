@@ -147,7 +147,7 @@ fn direct_solves_and_refactorisations_allocate_nothing() {
             a.project(&constraints);
             block_jacobi.update(&a).unwrap();
             multigrid.update(&a).unwrap();
-            multigrid.on(&a).apply(&b, &mut x);
+            multigrid.apply(&b, &mut x);
             cholesky.factorise(&a).unwrap();
             cholesky.solve(&b, &mut x);
             ldlt.factorise(&a).unwrap();

@@ -2,7 +2,7 @@ use super::*;
 use crate::random::Lcg;
 use crate::{Implicit, ImplicitStage};
 use drape_model::{State, parse};
-use drape_solvers::{LinearOperator, vector::dot, vector::norm};
+use drape_solvers::{Coupling, LinearOperator, vector::dot, vector::norm};
 
 const H: f64 = 0.01;
 const OBSTACLE: &str = r#", "obstacles": [{ "plane": { "point_m": [0, 0, -9],
@@ -129,6 +129,24 @@ fn single_precision_is_for_large_grids_without_obstacles() {
             let is_stiff = theta > if expected { 2000.0 } else { 200.0 };
             assert_eq!(first.by_multigrid(), is_stiff, "{side}, {more}, {theta}");
         }
+    }
+}
+
+/// Only contacts and factors need compressed rows.
+#[test]
+fn stiff_stages_have_the_fast_layouts() {
+    let cholesky = NewtonLinear::CHOLESKY;
+    let auto = NewtonLinear::default();
+    for (more, linear, expected) in [
+        ("", auto, Coupling::Bands(vec![1, 12])),
+        (OBSTACLE, auto, Coupling::Rows),
+        ("", cholesky, Coupling::Rows),
+    ] {
+        let (system, _) = sheet(12, 400.0, more);
+        let potential = IncrementalPotential::new(&system, Implicit::Everything);
+        let matrix = NewtonMatrix::new(&system, &potential, linear).expect("a pattern");
+        let stiff = matrix.stiff.as_deref().unwrap_or(&matrix);
+        assert_eq!(stiff.matrix.coupling(), expected, "{more}, {linear:?}");
     }
 }
 

@@ -102,8 +102,8 @@
 //! * With `jacobian=saved,solver=cg` a step takes 0.6 of the time of fresh factors; the factor is
 //!   renewed about once per step. The other settings differ little. With `solver=multigrid` it
 //!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
-//!   grow with the sheet. A cycle costs 2.3 products, the coarse matrices of a Hessian ten.
-//!   `results/profile.md` has all times, and `profile` in `benches` measures them again.
+//!   grow with the sheet. Since then multigrid sweeps over half of the matrix, and its products go
+//!   along bands: a step takes half of that again. `results/profile.md` has all times, and `profile` in `benches` measures them again.
 //! * A factor is worth 30 CG iterations, so it does not pay to keep it longer. At 1e8 a saved
 //!   factor serves no more than one step as a solver, but still as a preconditioner.
 //! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, needs half the
@@ -145,6 +145,9 @@
 //! | 1e5 | 48 | 5.9 | 9.0 | 19 |
 //! | 1e6 | 480 | 4.5 | 3.6 | 19 |
 //! | 1e8 | 48 000 | 4.5 | 1.6 | 28 |
+//!
+//! Multigrid has since become twice as fast. The limits stayed: at k/m = 1e6 both solvers, when
+//! named, take the same time, and single precision takes half of it.
 //!
 //! `results/profile.md` has the time of the default. A converged step costs more than a linearised
 //! one because it needs more products.

@@ -25,6 +25,8 @@
 //! although the bandwidth alone would allow 14. The processor does not prefetch 42 streams well.
 
 use super::product::{self, GROUP, Place, Term};
+use super::symmetric;
+use crate::pattern::Pattern;
 use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{BandPlanes, SIX};
 use drape_kernels::lanes::WIDEST;
@@ -131,11 +133,32 @@ impl Bands {
     }
 
     pub(super) fn get(&self, i: usize, j: usize) -> Mat3 {
-        self.place(i, j).map_or_else(Mat3::zeros, |at| {
-            let [xx, xy, xz, yy, yz, zz] =
-                std::array::from_fn(|c| self.planes[c * self.stride + at]);
-            Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-        })
+        self.place(i, j).map_or_else(Mat3::zeros, |at| self.block(at))
+    }
+
+    /// The block whose `xx` is at this place.
+    #[inline(always)]
+    fn block(&self, at: usize) -> Mat3 {
+        symmetric(std::array::from_fn(|c| self.planes[c * self.stride + at]))
+    }
+
+    /// Whether the places along the bands are those of a pattern.
+    pub(super) fn has_pattern(&self, pattern: &Pattern) -> bool {
+        let left = |i: usize| self.offsets.iter().rev().filter_map(move |o| i.checked_sub(*o));
+        let own = |i: usize| pattern.lower(i).map(|slot| pattern.column(slot));
+        pattern.n() == self.n && (0..self.n).all(|i| left(i).eq(own(i)))
+    }
+
+    /// Writes the blocks left of the diagonal, row by row. Returns whether all are symmetric.
+    pub(super) fn read_lower(&self, lower: &mut [Mat3]) -> bool {
+        let bands = self.offsets.iter().enumerate().rev();
+        let bands = bands.map(|(b, o)| (*o, 6 * (b + 1) * self.stride + self.lead));
+        let row =
+            |i: usize| bands.clone().filter(move |(o, _)| *o <= i).map(move |(o, at)| at + i - o);
+        for (to, at) in lower.iter_mut().zip((0..self.n).flat_map(row)) {
+            *to = self.block(at);
+        }
+        true
     }
 
     /// Cuts all couplings of row `i`, and sets its diagonal block to `scale(trace / 3)` times the

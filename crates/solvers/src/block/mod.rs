@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | [`Coupling::Bands`] | springs of regular grids, numbered row by row | 384 bytes, no index |
 //! | [`Coupling::Pairs`] | springs in any order | 304 bytes |
-//! | [`Coupling::Rows`] | any blocks; factorisations and multigrid | 1036 bytes |
+//! | [`Coupling::Rows`] | any blocks; factorisations | 1036 bytes |
 //!
 //! Bands and compressed rows give the same bits. Each of them sums a row from its first scalar column
 //! to its last. Places along a band without a coupling hold zeros, which change no sum of finite
@@ -26,6 +26,7 @@ use self::pairs::Pairs;
 pub(crate) use self::rows::Rows;
 pub use self::single::SinglePcg;
 use crate::bands::{bands, in_bands};
+use crate::pattern::Pattern;
 use crate::{Constraints, Filter, LinearOperator, Mat3, Vec3};
 use drape_kernels::blocks::{BlockLayout, BlockSink, Coupling};
 use std::borrow::Cow;
@@ -237,14 +238,52 @@ impl BlockMatrix {
         rows
     }
 
+    /// Whether the matrix has room for just the blocks of a pattern.
+    pub(crate) fn has_pattern(&self, pattern: &Pattern) -> bool {
+        each!(&self.layout, a => a.has_pattern(pattern))
+    }
+
+    /// The compressed rows, if that is the layout.
+    pub(crate) fn as_rows(&self) -> Option<&Rows> {
+        match &self.layout {
+            Layout::Rows(rows) => Some(rows),
+            _ => None,
+        }
+    }
+}
+
+/// A symmetric matrix whose lower triangle can be read.
+pub(crate) trait BlockSource {
+    /// Writes the blocks left of the diagonal, row by row with increasing columns. Returns whether
+    /// all are symmetric.
+    fn read_lower(&self, lower: &mut [Mat3]) -> bool;
+
     /// Lets `visitor` read the numbers `xx, xy, xz, yy, yz, zz` of each diagonal block's lower
     /// triangle.
-    pub(crate) fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
+    fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output;
+}
+
+impl BlockSource for Rows {
+    fn read_lower(&self, lower: &mut [Mat3]) -> bool {
+        self.read_lower(lower)
+    }
+
+    fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
+        visitor.visit(
+            #[inline(always)]
+            |i| self.diagonal(i),
+        )
+    }
+}
+
+impl BlockSource for BlockMatrix {
+    fn read_lower(&self, lower: &mut [Mat3]) -> bool {
+        each!(&self.layout, a => a.read_lower(lower))
+    }
+
+    fn with_diagonal<V: VisitDiagonal>(&self, visitor: V) -> V::Output {
         match &self.layout {
-            Layout::Rows(rows) => visitor.visit(
-                #[inline(always)]
-                |i| rows.diagonal(i),
-            ),
+            Layout::Rows(rows) => rows.with_diagonal(visitor),
             Layout::Bands(bands) => {
                 let planes = bands.diagonal();
                 visitor.visit(
@@ -264,6 +303,12 @@ impl From<Rows> for BlockMatrix {
     fn from(rows: Rows) -> Self {
         Self { layout: Layout::Rows(rows), bands: 1 }
     }
+}
+
+/// The symmetric block of `xx, xy, xz, yy, yz, zz`.
+#[inline(always)]
+pub(crate) fn symmetric([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Mat3 {
+    Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
 /// A computation over diagonal blocks, compiled for each layout.

@@ -32,6 +32,8 @@
 //! | the same, eight springs at a time | 8.7 | 64 | 233 | 2750 |
 //! | two numbers a spring and the positions | 7.0 | 49 | 196 | 2220 |
 
+use super::symmetric;
+use crate::pattern::Pattern;
 use crate::{Mat3, Vec3};
 use drape_kernels::blocks::{SIX, SpringBlock, SpringBlocks, six};
 use std::ops::Range;
@@ -138,7 +140,7 @@ impl Pairs {
     }
 
     pub(super) fn get(&self, i: usize, j: usize) -> Mat3 {
-        let [xx, xy, xz, yy, yz, zz] = if i == j {
+        symmetric(if i == j {
             self.diagonal(i)
         } else {
             let ends = [i.min(j) as u32, i.max(j) as u32];
@@ -146,8 +148,33 @@ impl Pairs {
             let springs = self.ends[first..].iter().zip(&self.springs[first..]);
             let between = springs.take_while(|(other, _)| **other == ends);
             between.fold([0.0; 6], |sum, (_, spring)| subtracted(sum, six(*spring, self.unit)))
+        })
+    }
+
+    /// Whether the springs join just the rows that a pattern couples.
+    pub(super) fn has_pattern(&self, pattern: &Pattern) -> bool {
+        let row = |j: usize| {
+            let lower = |spring: &u32| self.ends[*spring as usize][0] as usize;
+            let springs = self.incoming(j).chunk_by(move |a, b| lower(a) == lower(b));
+            let own = pattern.lower(j).map(|slot| pattern.column(slot));
+            springs.map(|springs| lower(&springs[0])).eq(own)
         };
-        Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+        pattern.n() == self.n() && (0..self.n()).all(row)
+    }
+
+    /// Writes the blocks left of the diagonal, row by row. Returns whether all are symmetric.
+    pub(super) fn read_lower(&self, lower: &mut [Mat3]) -> bool {
+        let mut lower = lower.iter_mut();
+        for j in 0..self.n() {
+            let end = |spring: &u32| self.ends[*spring as usize];
+            for springs in self.incoming(j).chunk_by(|a, b| end(a) == end(b)) {
+                let blocks = springs.iter().map(|&s| six(self.springs[s as usize], self.unit));
+                if let Some(to) = lower.next() {
+                    *to = symmetric(blocks.fold([0.0; 6], subtracted));
+                }
+            }
+        }
+        true
     }
 
     /// `xx, xy, xz, yy, yz, zz` of diagonal block `i`.

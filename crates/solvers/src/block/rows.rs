@@ -27,7 +27,11 @@ struct Place {
 impl Rows {
     /// The zero matrix with room for `n` diagonal blocks and for each edge.
     pub(crate) fn new(n: usize, edges: impl IntoIterator<Item = (usize, usize)>) -> Self {
-        let pattern = Pattern::new(n, edges);
+        Self::of_pattern(Pattern::new(n, edges))
+    }
+
+    /// The zero matrix with room for the blocks of a pattern.
+    pub(crate) fn of_pattern(pattern: Pattern) -> Self {
         let blocks = vec![Mat3::zeros(); pattern.nonzeros()];
         // Springs add a pair once for stiffness and once for damping. Further pairs are searched.
         let places = Vec::with_capacity(pattern.nonzeros());
@@ -42,6 +46,7 @@ impl Rows {
         self.pattern.nonzeros()
     }
 
+    #[inline(always)]
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(Mat3::zeros());
         self.added = 0;
@@ -52,7 +57,7 @@ impl Rows {
     }
 
     /// Overwrites all blocks.
-    pub(super) fn fill(&mut self, block: impl Fn(usize, usize) -> Mat3) {
+    pub(crate) fn fill(&mut self, block: impl Fn(usize, usize) -> Mat3) {
         for i in 0..self.n() {
             for slot in self.pattern.row(i) {
                 self.blocks[slot] = block(i, self.pattern.column(slot));
@@ -139,20 +144,55 @@ impl Rows {
         }
     }
 
+    pub(super) fn has_pattern(&self, pattern: &Pattern) -> bool {
+        self.pattern == *pattern
+    }
+
+    /// Writes the blocks left of the diagonal, row by row. Returns whether all are symmetric.
+    pub(super) fn read_lower(&self, lower: &mut [Mat3]) -> bool {
+        let mut all = true;
+        let slots = (0..self.n()).flat_map(|i| self.pattern.lower(i));
+        for (to, slot) in lower.iter_mut().zip(slots) {
+            *to = self.blocks[slot];
+            all &= is_symmetric(to);
+        }
+        all
+    }
+
+    /// Sets the blocks left of the diagonal to `lower`, row by row, those on it to `diagonal(i)`,
+    /// and those right of it to the transposes. `mirrors` are those of the pattern.
+    pub(crate) fn write_lower(
+        &mut self,
+        lower: &[Mat3],
+        diagonal: impl Fn(usize) -> Mat3,
+        mirrors: &[u32],
+    ) {
+        debug_assert_eq!(lower.len(), mirrors.len(), "one mirror a block");
+        let mut lower = lower.iter();
+        for i in 0..self.n() {
+            for (to, from) in self.blocks[self.pattern.lower(i)].iter_mut().zip(&mut lower) {
+                *to = *from;
+            }
+            self.blocks[self.pattern.diagonal(i)] = diagonal(i);
+        }
+        self.mirror_lower(mirrors);
+    }
+
     /// The block of a slot of the pattern.
+    #[inline(always)]
     pub(crate) fn block_mut(&mut self, slot: usize) -> &mut Mat3 {
         &mut self.blocks[slot]
     }
 
-    /// Makes the upper triangle the transpose of the lower one, in diagonal blocks too.
-    pub(crate) fn mirror_lower(&mut self) {
+    /// Makes the upper triangle the transpose of the lower one, in diagonal blocks too. `mirrors`
+    /// are those of the pattern.
+    pub(crate) fn mirror_lower(&mut self, mirrors: &[u32]) {
+        let mut mirrors = mirrors.iter();
         for i in 0..self.n() {
             let block = &mut self.blocks[self.pattern.diagonal(i)];
             block.fill_upper_triangle_with_lower_triangle();
-            for ij in self.pattern.lower(i) {
-                if let Some(ji) = self.pattern.slot(self.pattern.column(ij), i) {
-                    self.blocks[ji] = self.blocks[ij].transpose();
-                }
+            for (ij, &ji) in self.pattern.lower(i).zip(&mut mirrors) {
+                self.blocks[ji as usize] = self.blocks[ij].transpose();
             }
         }
     }
@@ -180,11 +220,13 @@ impl Rows {
     }
 
     /// The pattern of the blocks.
+    #[inline(always)]
     pub(crate) fn pattern(&self) -> &Pattern {
         &self.pattern
     }
 
     /// The blocks, in the slots of the pattern.
+    #[inline(always)]
     pub(crate) fn blocks(&self) -> &[Mat3] {
         &self.blocks
     }
@@ -204,4 +246,10 @@ impl Rows {
             *y = Vec3::from(sum);
         }
     }
+}
+
+#[inline(always)]
+fn is_symmetric(block: &Mat3) -> bool {
+    let equal = |row, column| block[(row, column)] == block[(column, row)];
+    equal(0, 1) & equal(0, 2) & equal(1, 2)
 }

@@ -153,7 +153,7 @@ impl SinglePcg {
         });
         let (n, part) = (self.n, Planes { numbers: &mut self.inverse, stride });
         in_items(self.bands, 6, part, &|planes, part: Planes<'_>| {
-            let from = diagonal.planes().skip(planes.start);
+            let from = diagonal.planes().into_iter().skip(planes.start);
             for (to, from) in part.numbers.chunks_exact_mut(stride).zip(from) {
                 for (to, from) in to[..n].iter_mut().zip(from) {
                     *to = (from * stiffest) as f32;

@@ -128,13 +128,24 @@ impl BlockFactor {
     pub fn solve(&mut self, rhs: &[Vec3], x: &mut [Vec3]) {
         assert_eq!(rhs.len(), self.pattern.n(), "one vector a block row");
         assert_eq!(x.len(), self.pattern.n(), "one vector a block row");
+        self.solve_each(|i| rhs[i].into(), |i, solution| x[i] = Vec3::from(solution));
+    }
+
+    /// As [`solve`](Self::solve). Reads and writes the vectors particle by particle.
+    pub(crate) fn solve_each(
+        &mut self,
+        read: impl Fn(usize) -> [f64; 3],
+        mut write: impl FnMut(usize, [f64; 3]),
+    ) {
         assert!(self.factor.factored(), "solve needs a factorisation that succeeded");
-        for (scalars, &i) in self.scalars.chunks_exact_mut(3).zip(&self.nodes) {
-            scalars.copy_from_slice(rhs[i as usize].as_slice());
+        let (scalars, _) = self.scalars.as_chunks_mut::<3>();
+        for (scalars, &i) in scalars.iter_mut().zip(&self.nodes) {
+            *scalars = read(i as usize);
         }
         self.tiles.solve(&mut self.scalars);
-        for (scalars, &i) in self.scalars.chunks_exact(3).zip(&self.nodes) {
-            x[i as usize].copy_from_slice(scalars);
+        let (scalars, _) = self.scalars.as_chunks::<3>();
+        for (scalars, &i) in scalars.iter().zip(&self.nodes) {
+            write(i as usize, *scalars);
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::{Preconditioner, jacobi::is_pivot};
 use crate::bands::{Divisible, in_bands, split_each};
-use crate::block::VisitDiagonal;
+use crate::block::{BlockSource, VisitDiagonal};
 use crate::vector::BLOCK;
 use crate::{BlockMatrix, LinearOperator, SolverError, Vec3};
 use drape_kernels::planes::{join, split};
@@ -43,8 +43,8 @@ impl BlockJacobi {
     }
 
     /// The planes `xx, xy, xz, yy, yz, zz` of the inverses.
-    pub(crate) fn planes(&self) -> impl Iterator<Item = &[f64]> {
-        self.planes.chunks_exact(self.stride().max(1)).map(|plane| &plane[..self.n])
+    pub(crate) fn planes(&self) -> [&[f64]; 6] {
+        std::array::from_fn(|c| &self.planes[c * self.stride()..][..self.n])
     }
 
     fn reset(&mut self) {
@@ -62,7 +62,15 @@ impl BlockJacobi {
     /// [`SolverError::PatternChanged`] for another number of rows (other couplings do not matter).
     pub fn update(&mut self, a: &BlockMatrix) -> Result<(), SolverError> {
         self.check(a.n(), a.nonzeros())?;
-        a.with_diagonal(Inversion { jacobi: self, bands: a.bands() })
+        self.invert(a, a.bands())
+    }
+
+    /// Inverts the diagonal blocks of a matrix with as many rows.
+    ///
+    /// # Errors
+    /// [`SolverError::NotPositiveDefinite`] for a diagonal block that is not positive definite.
+    pub(super) fn invert(&mut self, a: &impl BlockSource, bands: usize) -> Result<(), SolverError> {
+        a.with_diagonal(Inversion { jacobi: self, bands })
     }
 
     fn check(&self, n: usize, nonzeros: usize) -> Result<(), SolverError> {

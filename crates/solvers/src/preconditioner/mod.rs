@@ -27,7 +27,7 @@ pub use complete::CompleteCholesky;
 pub use dense::DenseInverse;
 pub use incomplete::IncompleteCholesky;
 pub use jacobi::Jacobi;
-pub use multigrid::{Cycle, Multigrid, Products};
+pub use multigrid::{Multigrid, Products};
 
 use crate::Vec3;
 use crate::bands::in_bands;

@@ -1,11 +1,13 @@
+use super::sweeps::Sweeps;
 use super::*;
 use crate::test_support::{Random, dense_blocks, flat, graph, random_blocks, random_filter};
 use crate::{
-    BlockJacobi, Constraints, Filter, LinearOperator, Norm, PcgSettings, PcgWorkspace, Reference,
-    SolveStatus, filtered_pcg, vector::dot,
+    BlockJacobi, Constraints, Coupling, Filter, LinearOperator, Mat3, Norm, PcgSettings,
+    PcgWorkspace, Reference, SolveStatus, filtered_pcg, vector::dot,
 };
+use drape_kernels::blocks::BlockLayout;
 use drape_kernels::testing::mesh_edges;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 /// The springs of a graph, all alike.
@@ -53,6 +55,13 @@ fn a_cycle_costs_a_few_products_and_its_set_up_some_more() {
     }
 }
 
+/// Random constraints, which give blocks that are not symmetric.
+fn constrain(a: &mut BlockMatrix, random: &mut Random) {
+    let mut constraints = Constraints::free(a.n());
+    (0..a.n()).for_each(|i| constraints.set(i, random_filter(random), Vec3::zeros()));
+    a.project(&constraints);
+}
+
 fn dense(p: &Prolongation) -> DMatrix<f64> {
     let mut dense = DMatrix::zeros(p.rows(), p.columns());
     for i in 0..p.rows() {
@@ -82,19 +91,23 @@ proptest! {
     #[test]
     fn a_cycle_is_a_symmetric_positive_definite_approximation_of_the_inverse(
         (n, edges) in graph(400),
+        constrained in any::<bool>(),
     ) {
         let mut random = Random::new(11);
-        let a = random_blocks(n, &edges, &mut random);
+        let mut a = random_blocks(n, &edges, &mut random);
+        if constrained {
+            constrain(&mut a, &mut random);
+        }
         let mut multigrid = Multigrid::new(&a, &springs(n, &edges)).unwrap();
         multigrid.update(&a).unwrap();
-        let cycle = multigrid.on(&a);
+        let cycle = &multigrid;
         let (b, c) = (random.vectors(n), random.vectors(n));
         let (mut pb, mut pc) = (b.clone(), c.clone());
         cycle.apply(&b, &mut pb);
         cycle.apply(&c, &mut pc);
         prop_assert!((dot(&pb, &c) - dot(&b, &pc)).abs() < 1e-10 * dot(&b, &b));
         prop_assert!(dot(&pb, &b) > 0.0);
-        iterations(&a, &cycle, &b);
+        iterations(&a, cycle, &b);
     }
 
     #[test]
@@ -112,13 +125,120 @@ proptest! {
         let expected = p.transpose() * crate::test_support::dense(&couplings) * &p;
         prop_assert!((crate::test_support::dense(&scalar) - expected).norm() < 1e-11);
         let mut level = Level::new(a.rows().pattern(), prolongation);
-        level.update(&a.rows()).unwrap();
-        level.update(&a.rows()).unwrap(); // the values before do not matter
+        level.coarsen(&a.rows());
+        level.coarsen(&a.rows()); // the values before do not matter
         let p = p.kronecker(&DMatrix::<f64>::identity(3, 3));
         let expected = p.transpose() * dense_blocks(&a) * p;
-        let coarse = dense_blocks(&BlockMatrix::from(level.coarse.clone()));
+        let coarse = dense_blocks(&BlockMatrix::from(level.coarse().clone()));
         prop_assert!((&coarse - expected).norm() < 1e-11 * (1.0 + coarse.norm()));
         prop_assert_eq!(&coarse, &coarse.transpose());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// `(D + L) z = r` with the residual `−Lᵀ z`, then `(D + Lᵀ) z = r − L z`. Constraints give
+    /// blocks that are not symmetric.
+    #[test]
+    fn sweeps_solve_with_the_triangles_of_the_matrix(
+        (n, edges) in graph(60),
+        constrained in any::<bool>(),
+    ) {
+        let mut random = Random::new(13);
+        let mut a = random_blocks(n, &edges, &mut random);
+        if constrained {
+            constrain(&mut a, &mut random);
+        }
+        let mut sweeps = Sweeps::new(a.rows().pattern());
+        sweeps.read(&a).unwrap();
+        let dense = dense_blocks(&a);
+        let lower = DMatrix::from_fn(3 * n, 3 * n, |i, j| {
+            if i / 3 > j / 3 { dense[(i, j)] } else { 0.0 }
+        });
+        let diagonal = &dense - &lower - lower.transpose();
+        let lanes = |x: &[Vec3]| -> Vec<Lanes> { x.iter().map(|x| [x.x, x.y, x.z, 7.0]).collect() };
+        let numbers = |x: &[Lanes]| {
+            DVector::from_iterator(3 * n, x.iter().flat_map(|x| [x[0], x[1], x[2]]))
+        };
+        let (mut r, mut left) = (lanes(&random.vectors(n)), lanes(&random.vectors(n)));
+        let mut z = left.clone();
+        sweeps.forward(&r, &mut z, &mut left);
+        let (first, right) = (numbers(&z), numbers(&r));
+        prop_assert!(((&diagonal + &lower) * &first - &right).norm() < 1e-11);
+        prop_assert!((&right - &dense * &first - numbers(&left)).norm() < 1e-11);
+        sweeps.backward(&mut r, &mut z);
+        let second = (&diagonal + lower.transpose()) * numbers(&z);
+        prop_assert!((second + &lower * first - right).norm() < 1e-11);
+    }
+}
+
+/// A cycle for a matrix, and one after its coarse matrices have been kept.
+fn cycles(a: &BlockMatrix, edges: &[(usize, usize)], b: &[Vec3]) -> [Vec<Vec3>; 2] {
+    let mut multigrid = Multigrid::new(a, &springs(a.n(), edges)).unwrap();
+    [Multigrid::update, Multigrid::keep].map(|read| {
+        read(&mut multigrid, a).unwrap();
+        let mut z = b.to_vec();
+        multigrid.apply(b, &mut z);
+        z
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn bands_have_the_cycles_of_compressed_rows(
+        n in 1_usize..300,
+        offsets in prop::collection::vec(1_usize..40, 1..4),
+    ) {
+        let mut random = Random::new(14);
+        let edges: Vec<_> = offsets
+            .iter()
+            .flat_map(|o| (0..n.saturating_sub(*o)).map(move |i| (i, i + o)))
+            .collect();
+        let rows = Coupling::Rows;
+        let mut matrices = [rows, Coupling::Bands(offsets)]
+            .map(|coupling| BlockMatrix::new(n, &coupling, edges.iter().copied()));
+        for a in &mut matrices {
+            let mut random = random.clone();
+            (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+            for &(i, j) in &edges {
+                let d = random.vector();
+                a.add_pair(i, j, &(d * d.transpose()));
+            }
+        }
+        let b = random.vectors(n);
+        let [expected, found] = matrices.map(|a| cycles(&a, &edges, &b));
+        prop_assert_eq!(&expected[0], &expected[1]);
+        prop_assert_eq!(expected, found);
+    }
+
+    /// Two springs may join the same particles, and one may join a particle to itself.
+    #[test]
+    fn springs_in_any_order_have_the_cycles_of_compressed_rows((n, edges) in graph(300)) {
+        let mut random = Random::new(15);
+        let unit = 3.0;
+        let mut rows = BlockMatrix::with_pattern(n, edges.iter().copied());
+        let mut pairs = BlockMatrix::new(n, &Coupling::Pairs, edges.iter().copied());
+        (0..n).for_each(|i| rows.add_diagonal(i, &Mat3::identity()));
+        let Some(BlockLayout::Pairs(layout)) = pairs.fast_layout() else {
+            panic!("springs in any order have a fast layout");
+        };
+        layout.own.fill(1.0);
+        *layout.unit = unit;
+        for (&(i, j), &slot) in edges.iter().zip(layout.slots) {
+            let (w, a) = (random.vector(), random.unit().abs());
+            rows.add_pair(i, j, &(Mat3::from_diagonal_element(a) + unit * w * w.transpose()));
+            if i != j {
+                layout.springs[slot as usize] = [w.x, w.y, w.z, a];
+            }
+        }
+        let b = random.vectors(n);
+        let [expected, found] = [rows, pairs].map(|a| cycles(&a, &edges, &b));
+        for (expected, found) in expected.iter().zip(&found) {
+            prop_assert!((flat(expected) - flat(found)).norm() < 1e-10 * flat(expected).norm());
+        }
     }
 }
 
@@ -133,7 +253,7 @@ fn iterations_hardly_grow_with_the_sheet_and_are_far_fewer_than_with_diagonal_bl
         let b = Random::new(4).vectors(a.n());
         let mut jacobi = BlockJacobi::new(&a);
         jacobi.update(&a).unwrap();
-        let (with, without) = (iterations(&a, &multigrid.on(&a), &b), iterations(&a, &jacobi, &b));
+        let (with, without) = (iterations(&a, &multigrid, &b), iterations(&a, &jacobi, &b));
         assert!(5 * with < without, "{with}, {without}");
         counts.push(with);
     }
@@ -179,11 +299,11 @@ fn constrained_directions_stay_out() {
     let mut b = random.vectors(a.n());
     constraints.project(&mut b);
     let mut z = b.clone();
-    multigrid.on(&a).apply(&b, &mut z);
+    multigrid.apply(&b, &mut z);
     let mut projected = z.clone();
     constraints.project(&mut projected);
     assert!((flat(&z) - flat(&projected)).norm() < 1e-14 * flat(&z).norm());
-    iterations(&a, &multigrid.on(&a), &b);
+    iterations(&a, &multigrid, &b);
 }
 
 #[test]
@@ -192,19 +312,22 @@ fn without_a_matrix_it_is_the_identity_and_an_indefinite_one_is_refused() {
     let mut multigrid = Multigrid::new(&a, &springs).unwrap();
     let b = Random::new(5).vectors(a.n());
     let mut z = vec![Vec3::zeros(); a.n()];
-    multigrid.on(&a).apply(&b, &mut z);
+    multigrid.apply(&b, &mut z);
     assert_eq!(z, b);
     multigrid.update(&a).unwrap();
     let mut bad = a.clone();
     bad.add_diagonal(77, &Mat3::from_diagonal_element(-1e6));
     let error = multigrid.update(&bad).unwrap_err();
-    assert_eq!(error, SolverError::NotPositiveDefinite { row: 3 * 77, pivot: None });
-    multigrid.on(&a).apply(&b, &mut z);
+    assert!(
+        matches!(error, SolverError::NotPositiveDefinite { row: 231, pivot: Some(_) }),
+        "{error:?}"
+    );
+    multigrid.apply(&b, &mut z);
     assert_eq!(z, b);
     let other = sheet(13, 1.0).0;
     assert!(matches!(multigrid.update(&other), Err(SolverError::PatternChanged { .. })));
     multigrid.update(&a).unwrap();
-    multigrid.on(&a).apply(&b, &mut z);
+    multigrid.apply(&b, &mut z);
     assert_ne!(z, b);
 }
 
@@ -215,39 +338,42 @@ fn kept_coarse_matrices_serve_a_matrix_that_is_alike() {
     let alike = {
         let mut alike = a.clone();
         (0..a.n()).for_each(|i| alike.add_diagonal(i, &Mat3::from_diagonal_element(0.5)));
+        (1..a.n()).for_each(|i| alike.add_pair(i - 1, i, &Mat3::from_diagonal_element(0.5)));
         alike
     };
     let b = random.vectors(a.n());
-    let cycle = |multigrid: &Multigrid, a: &BlockMatrix| {
+    let cycle = |multigrid: &Multigrid| {
         let mut z = b.clone();
-        multigrid.on(a).apply(&b, &mut z);
+        multigrid.apply(&b, &mut z);
         z
     };
     let coarse = |multigrid: &Multigrid| -> Vec<DMatrix<f64>> {
         let levels = multigrid.levels.iter();
-        levels.map(|level| dense_blocks(&BlockMatrix::from(level.coarse.clone()))).collect()
+        levels.map(|level| dense_blocks(&BlockMatrix::from(level.coarse().clone()))).collect()
     };
     let [mut kept, mut renewed] = [(); 2].map(|()| Multigrid::new(&a, &springs).unwrap());
     // Without an update before, there is nothing to keep.
     kept.keep(&a).unwrap();
     renewed.update(&a).unwrap();
-    assert_eq!(cycle(&kept, &a), cycle(&renewed, &a));
+    assert_eq!(cycle(&kept), cycle(&renewed));
     // The same matrix once more changes nothing.
     kept.keep(&a).unwrap();
-    assert_eq!(cycle(&kept, &a), cycle(&renewed, &a));
+    assert_eq!(cycle(&kept), cycle(&renewed));
     let before = coarse(&kept);
     kept.keep(&alike).unwrap();
     renewed.update(&alike).unwrap();
     assert_eq!(coarse(&kept), before);
     assert_ne!(coarse(&renewed), before);
-    let (expected, own) = (&renewed.levels[0].inverse_diagonal, &kept.levels[0].inverse_diagonal);
+    let [expected, own] = [&renewed, &kept].map(|m| m.levels[0].sweeps().inverse());
     assert_eq!(own, expected, "the finest level is smoothed by its own blocks");
-    assert_ne!(cycle(&kept, &alike), cycle(&renewed, &alike));
+    let [expected, own] = [&renewed, &kept].map(|m| m.levels[0].lower());
+    assert_eq!(own, expected, "on the diagonal and beside it");
+    assert_ne!(cycle(&kept), cycle(&renewed));
     let c = random.vectors(a.n());
-    let (pb, mut pc) = (cycle(&kept, &alike), c.clone());
-    kept.on(&alike).apply(&c, &mut pc);
+    let (pb, mut pc) = (cycle(&kept), c.clone());
+    kept.apply(&c, &mut pc);
     assert!((dot(&pb, &c) - dot(&b, &pc)).abs() < 1e-10 * dot(&b, &b), "it stays symmetric");
-    let counts = [&kept, &renewed].map(|m| iterations(&alike, &m.on(&alike), &b));
+    let counts = [&kept, &renewed].map(|m| iterations(&alike, m, &b));
     assert!(counts[0] <= counts[1] + 4, "{counts:?}");
 }
 
@@ -265,7 +391,7 @@ fn a_matrix_that_cannot_be_kept_for_is_refused() {
         let error = multigrid.keep(&bad).unwrap_err();
         assert!(matches!(error, SolverError::NotPositiveDefinite { .. }), "{error:?}");
         let mut z = vec![Vec3::zeros(); a.n()];
-        multigrid.on(&a).apply(&b, &mut z);
+        multigrid.apply(&b, &mut z);
         assert_eq!(z, b, "the identity");
         let other = sheet(side + 1, 1.0).0;
         multigrid.update(&a).unwrap();
@@ -275,9 +401,37 @@ fn a_matrix_that_cannot_be_kept_for_is_refused() {
         fresh.update(&a).unwrap();
         multigrid.keep(&a).unwrap();
         let mut expected = z.clone();
-        fresh.on(&a).apply(&b, &mut expected);
-        multigrid.on(&a).apply(&b, &mut z);
+        fresh.apply(&b, &mut expected);
+        multigrid.apply(&b, &mut z);
         assert_eq!(z, expected);
+    }
+}
+
+/// As many couplings, but other ones, in every layout.
+#[test]
+fn another_pattern_is_refused() {
+    let n = 90;
+    let chain: Vec<_> = (1..n).map(|i| (i - 1, i)).collect();
+    let star: Vec<_> = (1..n).map(|i| (0, i)).collect();
+    let matrix = |edges: &[(usize, usize)], coupling: &Coupling| {
+        let mut a = BlockMatrix::new(n, coupling, edges.iter().copied());
+        (0..n).for_each(|i| a.add_diagonal(i, &Mat3::identity()));
+        a
+    };
+    let bands = |offset| Coupling::Bands(vec![offset]);
+    for coupling in [Coupling::Rows, Coupling::Pairs, bands(1)] {
+        let a = matrix(&chain, &coupling);
+        let mut multigrid = Multigrid::new(&a, &springs(n, &chain)).unwrap();
+        for layout in [Coupling::Rows, Coupling::Pairs, bands(1)] {
+            multigrid.update(&matrix(&chain, &layout)).unwrap();
+            multigrid.keep(&matrix(&chain, &layout)).unwrap();
+        }
+        let others = [Coupling::Rows, Coupling::Pairs].map(|layout| matrix(&star, &layout));
+        for other in others.into_iter().chain([matrix(&chain, &bands(2))]) {
+            let error = multigrid.update(&other).unwrap_err();
+            assert!(matches!(error, SolverError::PatternChanged { .. }), "{coupling:?}");
+            assert!(multigrid.keep(&other).is_err());
+        }
     }
 }
 
@@ -289,11 +443,11 @@ fn particles_without_springs_and_empty_systems_are_no_trouble() {
     multigrid.update(&a).unwrap();
     let b = Random::new(5).vectors(200);
     let mut z = b.clone();
-    multigrid.on(&a).apply(&b, &mut z);
+    multigrid.apply(&b, &mut z);
     assert!((flat(&z) * 2.0 - flat(&b)).norm() < 1e-14);
     let empty = BlockMatrix::with_pattern(0, []);
     let mut multigrid = Multigrid::new(&empty, &springs(0, &[])).unwrap();
     assert!(multigrid.sizes().eq([0]));
     multigrid.update(&empty).unwrap();
-    multigrid.on(&empty).apply(&[], &mut []);
+    multigrid.apply(&[], &mut []);
 }
