@@ -176,7 +176,7 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let (asked, advice) = advised(results, bundled)?;
+    let [asked, advice] = advised(results, bundled)?;
     let measured = format!("{place}, within {:.0} mm{noise}{asked}", 1e3 * scene.good_m());
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
@@ -231,7 +231,7 @@ struct Rest {
     /// The most that it takes over the least time on a table.
     ratio: f64,
     /// The fewest and the most steps in 0.1 s that it needs on a table.
-    steps: [usize; 2],
+    steps: [u32; 2],
     /// What it is measured on.
     measured: String,
     why: String,
@@ -279,7 +279,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     let Some(first) = labels.first() else { return Ok(None) };
     let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
     let near = near.take(4).map(|label| format!("`{label}`")).collect();
-    let fastest: Vec<(f64, usize)> = round
+    let fastest: Vec<(f64, u32)> = round
         .iter()
         .map(|scene| {
             let seconds = least(scene, Some(first));
