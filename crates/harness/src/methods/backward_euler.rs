@@ -41,10 +41,11 @@ pub(super) static ENTRY: Entry = Entry {
         )],
         animation: &[
             Film::ladder(
-                "backward-euler, CG",
-                "backward-euler:residual=1e-3,solver=cg,forcing=eisenstat-walker",
+                "backward-euler, safeguarded auto",
+                "backward-euler:max_iterations=1,safeguard=work",
             ),
             Film::ladder("backward-euler", EXACT),
+            Film::ladder("backward-euler, auto", "backward-euler:residual=1e-3"),
             Film::ladder(
                 "backward-euler, one iteration",
                 "backward-euler:residual=1e-2,max_iterations=1,solver=multigrid",

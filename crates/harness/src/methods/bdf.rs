@@ -40,9 +40,9 @@ pub(super) static ENTRY: Entry = Entry {
         stability: &[Variant::new("bdf2", EXACT)],
         locking: &[(Variant::new("bdf2", EXACT), Steps::Long)],
         animation: &[
-            Film::ladder("bdf2, safeguarded", SAFEGUARDED),
+            Film::ladder("bdf2, safeguarded auto", "bdf2:max_iterations=1,safeguard=work"),
             Film::ladder("bdf2", EXACT),
-            Film::ladder("bdf2, CG", "bdf2:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
+            Film::ladder("bdf2, auto", "bdf2:residual=1e-3"),
             Film::ladder("bdf2, one iteration", "bdf2:residual=1e-2,max_iterations=1,solver=cg"),
             Film::ladder(
                 "bdf2, three iterations",

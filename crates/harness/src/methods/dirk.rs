@@ -63,9 +63,9 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("dirk, sdirk4", SDIRK4),
         ],
         animation: &[
-            Film::ladder("dirk, safeguarded", SAFEGUARDED),
+            Film::ladder("dirk, safeguarded auto", "dirk:max_iterations=1,safeguard=work"),
             Film::ladder("dirk", EXACT),
-            Film::ladder("dirk, CG", "dirk:residual=1e-3,solver=cg,forcing=eisenstat-walker"),
+            Film::ladder("dirk, auto", "dirk:residual=1e-3"),
             Film::ladder(
                 "dirk, one iteration",
                 "dirk:max_iterations=1,solver=cg,cg_tolerance=0.01",

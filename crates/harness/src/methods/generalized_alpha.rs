@@ -63,12 +63,12 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("generalized-alpha, safeguarded", SAFEGUARDED),
         ],
         animation: &[
-            Film::ladder("generalized-alpha, safeguarded", SAFEGUARDED),
-            Film::ladder("generalized-alpha", EXACT),
             Film::ladder(
-                "generalized-alpha, CG",
-                "generalized-alpha:residual=1e-3,solver=cg,forcing=eisenstat-walker",
+                "generalized-alpha, safeguarded auto",
+                "generalized-alpha:max_iterations=1,safeguard=work",
             ),
+            Film::ladder("generalized-alpha", EXACT),
+            Film::ladder("generalized-alpha, auto", "generalized-alpha:residual=1e-3"),
             Film::ladder(
                 "generalized-alpha, one iteration",
                 "generalized-alpha:max_iterations=1,solver=cg,cg_tolerance=0.01",

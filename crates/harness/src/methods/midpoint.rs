@@ -45,12 +45,9 @@ pub(super) static ENTRY: Entry = Entry {
             work::adaptive("midpoint, adaptive", LOOSE),
         ],
         animation: &[
-            Film::ladder("midpoint, safeguarded", SAFEGUARDED),
+            Film::ladder("midpoint, safeguarded auto", "midpoint:max_iterations=1,safeguard=work"),
             Film::ladder("midpoint", EXACT),
-            Film::ladder(
-                "midpoint, CG",
-                "midpoint:residual=1e-3,solver=cg,forcing=eisenstat-walker",
-            ),
+            Film::ladder("midpoint, auto", "midpoint:residual=1e-3"),
             Film::ladder(
                 "midpoint, one iteration",
                 "midpoint:max_iterations=1,solver=cg,cg_tolerance=0.01",

@@ -338,7 +338,8 @@ fn kept_coarse_matrices_serve_a_matrix_that_is_alike() {
     let alike = {
         let mut alike = a.clone();
         (0..a.n()).for_each(|i| alike.add_diagonal(i, &Mat3::from_diagonal_element(0.5)));
-        (1..a.n()).for_each(|i| alike.add_pair(i - 1, i, &Mat3::from_diagonal_element(0.5)));
+        let couples = (1..a.n()).filter(|i| i % 24 > 0);
+        couples.for_each(|i| alike.add_pair(i - 1, i, &Mat3::from_diagonal_element(0.5)));
         alike
     };
     let b = random.vectors(a.n());
