@@ -171,7 +171,7 @@ fn id(run: &Run) -> &str {
 /// Largest number of methods that the one figure names.
 const NAMED: usize = 7;
 
-/// The methods that stand on the fronts of more than half of the scenes, at most [`NAMED`] of them.
+/// The methods that stand on the fronts of at least half of the scenes, at most [`NAMED`] of them.
 /// Errors below the noise count as equal to it, and errors too large for the map are left out.
 fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
@@ -190,7 +190,7 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
             }
         }
     }
-    counts.retain(|(_, count)| 2 * count > scenes.len());
+    counts.retain(|(_, count)| 2 * count >= scenes.len());
     counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
     counts.into_iter().take(NAMED).map(|(method, _)| method).collect()
 }
