@@ -88,6 +88,16 @@ impl Pattern {
         Some(start + found)
     }
 
+    /// The triangle left of the diagonal in compressed rows: where each row starts, and the columns.
+    pub(crate) fn lower_triangle(&self) -> (Vec<usize>, Vec<u32>) {
+        let (mut starts, mut columns) = (vec![0], Vec::new());
+        for i in 0..self.n() {
+            columns.extend_from_slice(&self.columns[self.lower(i)]);
+            starts.push(columns.len());
+        }
+        (starts, columns)
+    }
+
     /// The slot (j, i) of each slot (i, j) left of the diagonal, row by row.
     pub(crate) fn mirrors(&self) -> Vec<u32> {
         // Row j meets its columns beyond the diagonal in their order.

@@ -1,6 +1,6 @@
 //! Which method to take for what: the five uses on the first page, each answered from records.
 
-use super::{animation, regret, rest, scaling, trajectory};
+use super::{animation, names, regret, rest, scaling, trajectory};
 use drape_report::file::read_json;
 use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
@@ -230,8 +230,8 @@ struct Rest {
     near: Vec<String>,
     /// The most that it takes over the least time on a table.
     ratio: f64,
-    /// The fewest and the most steps in 0.1 s that it needs on a table.
-    steps: [u32; 2],
+    /// Steps in 0.1 s that it needs on a table, from the fewest to the most.
+    steps: String,
     /// What it is measured on.
     measured: String,
     why: String,
@@ -239,11 +239,11 @@ struct Rest {
 
 /// The form for a drape test.
 fn laid(rest: Option<&Rest>) -> Answer {
-    let Some(Rest { form, near, steps: [least, most], measured, why, .. }) = rest else {
+    let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
         let why = "`rest`: no form comes to rest on all".to_owned();
         return ["none".to_owned(), "study `rest`".to_owned(), why];
     };
-    let take = format!("`{form}`, {least} to {most} steps in 0.1 s{}", ties("near", near));
+    let take = format!("`{form}`, {steps} steps in 0.1 s{}", ties("near", near));
     [take, measured.clone(), why.clone()]
 }
 
@@ -289,11 +289,10 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
             (seconds, right.iter().find(own).map_or(0, |(run, _)| run.steps))
         })
         .collect();
-    let told =
-        fastest.iter().map(|(seconds, steps)| format!("{:.0} ms with {steps}", 1e3 * seconds));
-    let told: Vec<_> = told.collect();
-    let all_steps = || fastest.iter().map(|(_, steps)| *steps);
-    let steps = [all_steps().min().unwrap_or(0), all_steps().max().unwrap_or(0)];
+    let told = |(seconds, steps): &(f64, u32)| format!("{:.0} ms with {steps}", 1e3 * seconds);
+    let told: Vec<_> = fastest.iter().map(told).collect();
+    let steps: Vec<f64> = fastest.iter().map(|(_, steps)| f64::from(*steps)).collect();
+    let steps = names::range(&steps, |steps| steps.to_string()).unwrap_or_default();
     let on_table = facts.scenes.iter().filter(|scene| round.contains(&scene.id.as_str()));
     let mut sizes: Vec<usize> = on_table.map(|scene| scene.particles).collect();
     sizes.sort_unstable();

@@ -103,7 +103,8 @@
 //!   renewed about once per step. The other settings differ little. With `solver=multigrid` it
 //!   takes 0.3 of that time on 52×52 particles and 0.24 on 100×100. The number of cycles does not
 //!   grow with the sheet. Since then multigrid sweeps over half of the matrix, and its products go
-//!   along bands: a step takes half of that again. `results/profile.md` has all times, and `profile` in `benches` measures them again.
+//!   along bands: a step takes half of that again. `results/profile.md` has all times, and `profile`
+//!   in `benches` measures them again.
 //! * A factor is worth 30 CG iterations, so it does not pay to keep it longer. At 1e8 a saved
 //!   factor serves no more than one step as a solver, but still as a preconditioner.
 //! * The factor of the scalar Laplacian `M + h² L_k + h L_c`, which never changes, needs half the

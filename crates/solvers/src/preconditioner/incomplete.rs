@@ -36,12 +36,7 @@ impl IncompleteCholesky {
     /// The identity, with memory for a factor with the pattern of `a`.
     pub fn new(a: &ScalarMatrix) -> Self {
         let pattern = a.pattern().clone();
-        let mut starts = vec![0];
-        let mut columns = Vec::new();
-        for i in 0..a.n() {
-            columns.extend_from_slice(&pattern.columns()[pattern.lower(i)]);
-            starts.push(columns.len());
-        }
+        let (starts, columns) = pattern.lower_triangle();
         let row = |i: usize| &columns[starts[i]..starts[i + 1]];
         let offsets = common_offsets(a.n(), row);
         let regular = |i: usize| row(i).iter().map(|&j| i - j as usize).eq(offsets.iter().copied());

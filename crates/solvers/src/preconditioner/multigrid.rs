@@ -225,7 +225,7 @@ impl Multigrid {
 
     /// Number of particles of each level, from the finest to the coarsest.
     pub fn sizes(&self) -> impl Iterator<Item = usize> {
-        let coarse = self.levels.iter().map(Level::coarse_particles);
+        let coarse = self.levels.iter().map(|level| level.coarse().n());
         std::iter::once(self.pattern.n()).chain(coarse)
     }
 
@@ -270,11 +270,11 @@ impl Preconditioner for Multigrid {
 }
 
 impl Products {
-    /// Blocks that are multiplied over those of the finest matrix. A factor of `m` particles of a planar
-    /// mesh has some `10 m` blocks, and takes `40 m^1.5` of them to make.
+    /// Blocks that are multiplied over those of the finest matrix. A factor of `m` particles of a
+    /// planar mesh has some `10 m` blocks, and takes `40 m^1.5` of them to make.
     fn of(finest: &Pattern, levels: &[Level]) -> Self {
         let blocks = Pattern::nonzeros;
-        let coarsest = levels.last().map_or(finest.n(), Level::coarse_particles);
+        let coarsest = levels.last().map_or(finest.n(), |level| level.coarse().n());
         let (mut cycle, mut update) = (20 * coarsest, 40 * coarsest * coarsest.isqrt());
         let mut fine = finest;
         for level in levels {

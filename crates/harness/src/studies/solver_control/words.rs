@@ -1,6 +1,7 @@
 //! The words of the study `solver-control`: its question, and the findings from its numbers.
 
 use super::facts::{Facts, PLAIN, Run, Scene, inner, matched};
+use crate::studies::names;
 use drape_report::number::{setting, significant};
 use drape_report::{Verdict, Words};
 
@@ -35,9 +36,7 @@ fn of<'a>(
 /// Least and greatest value over the scenes, as text.
 fn range(facts: &Facts, value: impl Fn(&Scene) -> Option<f64>) -> Option<String> {
     let values: Vec<f64> = facts.scenes.iter().filter_map(value).collect();
-    let least = significant(values.iter().copied().reduce(f64::min)?, 2);
-    let most = significant(values.iter().copied().reduce(f64::max)?, 2);
-    Some(if least == most { least } else { format!("{least} to {most}") })
+    names::range(&values, |value| significant(value, 2))
 }
 
 fn adaptive(facts: &Facts) -> Option<String> {

@@ -166,11 +166,6 @@ impl Level {
         &self.coarse
     }
 
-    /// Number of coarse particles.
-    pub(super) fn coarse_particles(&self) -> usize {
-        self.prolongation.columns()
-    }
-
     /// The blocks of the fine matrix left of its diagonal, row by row.
     pub(super) fn lower(&self) -> &[Mat3] {
         self.sweeps.lower()
@@ -207,6 +202,7 @@ impl Level {
         &self.sweeps
     }
 }
+
 /// `to ← to + w block`.
 #[inline(always)]
 fn add_scaled(four: impl Four, to: &mut Mat3, w: f64, block: &Mat3) {

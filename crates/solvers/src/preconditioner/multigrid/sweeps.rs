@@ -15,7 +15,7 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(super) struct Sweeps {
     /// First slot of each row; row `i` is `starts[i]..starts[i + 1]`.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
     columns: Vec<u32>,
     /// The blocks left of the diagonal, and one more, since registers read ten numbers of a block.
     lower: Vec<Mat3>,
@@ -30,11 +30,7 @@ impl Sweeps {
     /// Memory for a matrix with this pattern.
     pub(super) fn new(pattern: &Pattern) -> Self {
         let n = pattern.n();
-        let (mut starts, mut columns) = (vec![0], Vec::new());
-        for i in 0..n {
-            columns.extend_from_slice(&pattern.columns()[pattern.lower(i)]);
-            starts.push(columns.len() as u32);
-        }
+        let (starts, columns) = pattern.lower_triangle();
         let zeros = |n| vec![Mat3::zeros(); n + 1];
         Self {
             lower: zeros(columns.len()),
@@ -110,11 +106,7 @@ impl Sweeps {
             }
             let own = four.store(product(four, columns(four, inverse, i), &four.store(sum)));
             z[i] = own;
-            for slot in self.row(i) {
-                let left = &mut left[self.columns[slot] as usize];
-                let block = transposed::<_, SYMMETRIC>(four, columns(four, lower, slot));
-                *left = four.store(four.sub(four.load(*left), product(four, block, &own)));
-            }
+            self.subtract_column::<SYMMETRIC>(four, i, &own, left);
         }
     }
 
@@ -156,18 +148,32 @@ impl Sweeps {
             let sum = four.store(four.sub(four.load(r[i]), sum));
             let own = four.store(product(four, columns(four, inverse, i), &sum));
             z[i] = own;
-            for slot in self.row(i) {
-                let r = &mut r[self.columns[slot] as usize];
-                let block = transposed::<_, SYMMETRIC>(four, columns(four, lower, slot));
-                *r = four.store(four.sub(four.load(*r), product(four, block, &own)));
-            }
+            self.subtract_column::<SYMMETRIC>(four, i, &own, r);
+        }
+    }
+
+    /// Subtracts the products of `own` with the blocks right of the diagonal in column `i`, the
+    /// transposes of row `i`.
+    #[inline(always)]
+    fn subtract_column<const SYMMETRIC: bool>(
+        &self,
+        four: impl Four,
+        i: usize,
+        own: &Lanes,
+        sums: &mut [Lanes],
+    ) {
+        let lower: &[f64] = bytemuck::cast_slice(&self.lower);
+        for slot in self.row(i) {
+            let sum = &mut sums[self.columns[slot] as usize];
+            let block = transposed::<_, SYMMETRIC>(four, columns(four, lower, slot));
+            *sum = four.store(four.sub(four.load(*sum), product(four, block, own)));
         }
     }
 
     /// Slots of row `i`.
     #[inline(always)]
     fn row(&self, i: usize) -> Range<usize> {
-        self.starts[i] as usize..self.starts[i + 1] as usize
+        self.starts[i]..self.starts[i + 1]
     }
 }
 
