@@ -9,7 +9,8 @@ pub enum ForcingRule {
     /// The same term in every iteration.
     Constant(f64),
     /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: large while the residual
-    /// falls slowly, small once it falls fast.
+    /// falls slowly, small once it falls fast. In the last of the iterations that a solve may take
+    /// the term is at most 0.01, since no later one mends a loose solution.
     EisenstatWalker,
 }
 
@@ -56,6 +57,9 @@ const GAMMA: f64 = 0.9;
 const GREATEST: f64 = 0.5;
 /// The safeguard applies while it gives more than this.
 const SAFEGUARD: f64 = 0.1;
+/// Greatest term of a last iteration. The docs of `drape-backward-euler` have what other terms do
+/// to linearised steps.
+const GREATEST_OF_LAST: f64 = 0.01;
 
 /// The sequence of forcing terms of one outer iteration.
 ///
@@ -63,6 +67,7 @@ const SAFEGUARD: f64 = 0.1;
 /// η_k = γ (‖G_k‖/‖G_{k−1}‖)²                                  η_0 = 0.5
 /// η_k ≥ γ η_{k−1}²           where that is more than 0.1      (no sudden tightening by luck)
 /// η_k ≤ 0.5,  η_k ≥ 0.5 goal/‖G_k‖                           (no solve beyond the goal)
+/// η_k ≤ 0.01                 in the last iteration            (nothing mends a loose solution)
 /// ```
 ///
 /// ```
@@ -76,7 +81,7 @@ pub struct Forcing {
     rule: ForcingRule,
     greatest: f64,
     /// Norm of the last residual, and its term.
-    last: Option<(f64, f64)>,
+    before: Option<(f64, f64)>,
 }
 
 impl Forcing {
@@ -88,14 +93,14 @@ impl Forcing {
     /// As [`new`](Self::new) with another first and greatest term than 0.5. Near the goal a term may
     /// be larger, up to 0.5, since no solve goes beyond the goal.
     pub(crate) fn at_most(rule: ForcingRule, greatest: f64) -> Self {
-        Self { rule, greatest, last: None }
+        Self { rule, greatest, before: None }
     }
 
     /// The forcing term for a residual of norm `norm`. The outer iteration ends at the norm `goal`,
     /// in the same unit.
     #[doc(alias = "Eisenstat-Walker")]
     pub fn next(&mut self, norm: f64, goal: f64) -> f64 {
-        let term = match (self.rule, self.last) {
+        let term = match (self.rule, self.before) {
             (ForcingRule::Constant(term), _) => return term,
             (ForcingRule::EisenstatWalker, None) => self.greatest,
             (ForcingRule::EisenstatWalker, Some((last_norm, last_term))) => {
@@ -107,8 +112,15 @@ impl Forcing {
         };
         let least = if norm > 0.0 { 0.5 * goal / norm } else { GREATEST };
         let term = term.min(self.greatest).max(least).min(GREATEST);
-        self.last = Some((norm, term));
+        self.before = Some((norm, term));
         term
+    }
+
+    /// As [`next`](Self::next) for the last iteration, after which no other is planned. From then
+    /// on every term is tight.
+    pub(crate) fn last(&mut self, norm: f64, goal: f64) -> f64 {
+        self.greatest = self.greatest.min(GREATEST_OF_LAST);
+        self.next(norm, goal)
     }
 }
 
@@ -149,6 +161,19 @@ mod tests {
             let term = forcing.next(norm, 1e-4);
             assert!((term - expected).abs() < 1e-12, "at {norm}: {term}, not {expected}");
         }
+    }
+
+    /// The last iteration is tight, and so are those to which a safeguard leads after it.
+    #[test]
+    fn the_last_iteration_is_tight() {
+        let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
+        assert_eq!(forcing.next(1.0, 1e-4), 0.5);
+        let terms = [(0.9, 0.01), (0.8, 0.01), (4e-4, 0.5 * 1e-4 / 4e-4), (0.5e-4, 0.5)];
+        for (norm, expected) in terms {
+            let term = forcing.last(norm, 1e-4);
+            assert!((term - expected).abs() < 1e-12, "at {norm}: {term}, not {expected}");
+        }
+        assert_eq!(Forcing::new(ForcingRule::Constant(0.03)).last(1.0, 1e-3), 0.03);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::newton_linear::NewtonMatrix;
 use crate::{
-    IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard, StepError,
+    Forcing, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard, StepError,
     each_particle,
 };
 use drape_model::{System, Vec3};
@@ -66,8 +66,8 @@ const WOLFE_SLOPE: f64 = 0.9;
 /// residual and the line search still use the present potential, so the solution is the same. With
 /// conjugate gradients ([`Cg`](crate::NewtonSolver::Cg),
 /// [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is taken at the present iterate, and
-/// the forcing rule sets the tolerance of the linear system. A [`Safeguard`] continues the
-/// iteration if a linearised step would gain energy.
+/// the forcing rule sets the tolerance of the linear system, which is tight in the last iteration.
+/// A [`Safeguard`] continues the iteration if a linearised step would gain energy.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,
@@ -190,7 +190,9 @@ impl Newton {
             let falls = report.residual * LEAST_PROGRESS <= last_residual;
             last_residual = report.residual;
             each_particle(system, &mut self.previous, |i| v[i]);
-            let term = forcing.next(report.residual, settings.residual);
+            let is_last = report.iterations + 1 >= settings.max_iterations;
+            let next = if is_last { Forcing::last } else { Forcing::next };
+            let term = next(&mut forcing, report.residual, settings.residual);
             self.matrix.solve(
                 system,
                 potential,
