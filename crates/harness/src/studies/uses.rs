@@ -177,7 +177,11 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
     let [asked, advice] = advised(results, bundled)?;
-    let measured = format!("{place}, within {:.0} mm{noise}{asked}", 1e3 * scene.good_m());
+    let measured = format!(
+        "{place}, where explicit methods need some {} steps a frame, within {:.0} mm{noise}{asked}",
+        scene.limit_substeps,
+        1e3 * scene.good_m()
+    );
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
         return Ok(["none".to_owned(), measured, why]);
