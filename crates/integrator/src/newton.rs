@@ -2,8 +2,8 @@
 
 use crate::newton_linear::NewtonMatrix;
 use crate::{
-    Forcing, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard, StepError,
-    each_particle,
+    Forcing, IncrementalPotential, Jacobian, NewtonLinear, NewtonSolver, PrepareError, Safeguard,
+    StepError, each_particle,
 };
 use drape_model::{System, Vec3};
 use drape_solvers::{Constraints, SolveStatus, vector::dot};
