@@ -9,8 +9,8 @@ pub enum ForcingRule {
     /// The same term in every iteration.
     Constant(f64),
     /// Choice 2 of Eisenstat and Walker (1996) with `γ = 0.9`, `α = 2`: large while the residual
-    /// falls slowly, small once it falls fast. In the last of the iterations that a solve may take
-    /// the term is at most 0.01, since no later one mends a loose solution.
+    /// falls slowly, small once it falls fast. In the last iteration that Newton's method may take,
+    /// the term is at most 0.01, unless a looser solve reaches the goal: no later one mends it.
     EisenstatWalker,
 }
 
@@ -33,12 +33,13 @@ impl ForcingRule {
     pub const FORCING: Declared<ForcingKind> = declare!(
         forcing: ForcingKind [Constant, EisenstatWalker] = Constant,
         "how tightly the inner CG solves: always alike, or by the progress of the outer iteration \
-         (Eisenstat and Walker, choice 2)"
+         (Eisenstat and Walker, choice 2; the last of Newton's iterations to 0.01)"
     );
     /// The setting `cg_tolerance`.
     pub const CG_TOLERANCE: Declared<f64> = declare!(
         cg_tolerance: f64 in 1e-12..=0.5 = 0.1,
-        "relative tolerance of Newton's inner CG with forcing=constant"
+        "relative tolerance of Newton's inner CG with forcing=constant; take 0.01 where \
+         max_iterations is 1"
     );
 
     /// The rule of this kind. `term` is the constant of [`ForcingRule::Constant`]; the other kind
@@ -66,8 +67,8 @@ const GREATEST_OF_LAST: f64 = 0.01;
 /// ```text
 /// η_k = γ (‖G_k‖/‖G_{k−1}‖)²                                  η_0 = 0.5
 /// η_k ≥ γ η_{k−1}²           where that is more than 0.1      (no sudden tightening by luck)
-/// η_k ≤ 0.5,  η_k ≥ 0.5 goal/‖G_k‖                           (no solve beyond the goal)
-/// η_k ≤ 0.01                 in the last iteration            (nothing mends a loose solution)
+/// η_k ≤ 0.5, or 0.01 in the last iteration of Newton's method (no later one mends a loose solution)
+/// η_k ≥ 0.5 goal/‖G_k‖, but at most 0.5                       (no solve beyond the goal)
 /// ```
 ///
 /// ```
@@ -168,7 +169,13 @@ mod tests {
     fn the_last_iteration_is_tight() {
         let mut forcing = Forcing::new(ForcingRule::EisenstatWalker);
         assert_eq!(forcing.next(1.0, 1e-4), 0.5);
-        let terms = [(0.9, 0.01), (0.8, 0.01), (4e-4, 0.5 * 1e-4 / 4e-4), (0.5e-4, 0.5)];
+        let terms = [
+            (0.9, 0.01),
+            (0.8, 0.01),
+            (0.08, 0.009), // 0.9 · 0.01
+            (4e-4, 0.5 * 1e-4 / 4e-4),
+            (0.5e-4, 0.5),
+        ];
         for (norm, expected) in terms {
             let term = forcing.last(norm, 1e-4);
             assert!((term - expected).abs() < 1e-12, "at {norm}: {term}, not {expected}");

@@ -1,7 +1,9 @@
 //! Which method to take for what: the five uses on the first page, each answered from records.
 
 use super::{animation, names, regret, rest, scaling, trajectory};
+use crate::compare::Options;
 use drape_report::file::read_json;
+use drape_report::number::significant;
 use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
 use serde::de::DeserializeOwned;
@@ -178,9 +180,9 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
     let [asked, advice] = advised(results, bundled)?;
     let measured = format!(
-        "{place}, where explicit methods need some {} steps a frame, within {:.0} mm{noise}{asked}",
-        scene.limit_substeps,
-        1e3 * scene.good_m()
+        "{place}, within {:.0} mm{noise} (limit of `symplectic-euler`: {} ms){asked}",
+        1e3 * scene.good_m(),
+        step_ms(f64::from(scene.frames_per_s), scene.limit_substeps),
     );
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
@@ -202,6 +204,11 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     Ok([take, measured, format!("{why}{advice}")])
 }
 
+/// The length of one of so many steps a frame, ms.
+fn step_ms(frames_per_s: f64, steps: u32) -> String {
+    significant(1e3 / (frames_per_s * f64::from(steps)), 2)
+}
+
 /// What `drape compare` advises for a bundled scene, in short and with the numbers; empty if it was
 /// not asked.
 fn advised(results: &Path, scene: &str) -> Result<[String; 2], String> {
@@ -212,7 +219,9 @@ fn advised(results: &Path, scene: &str) -> Result<[String; 2], String> {
     };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
-        |label| format!("`{label}` with {} steps a frame", row.substeps),
+        |label| {
+            format!("`{label}` with steps of {} ms", step_ms(Options::default().rate, row.substeps))
+        },
     );
     let asked = format!("; `drape compare {scene}` ({} particles): {advice}", row.particles);
     let numbers = format!(
