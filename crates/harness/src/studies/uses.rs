@@ -178,11 +178,12 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let [asked, advice] = advised(results, bundled)?;
+    let advice = advised(results, bundled)?;
     let measured = format!(
-        "{place}, within {:.0} mm{noise} (limit of `symplectic-euler`: {} ms){asked}",
+        "{place}, within {:.0} mm{noise} (limit of `symplectic-euler`: {} ms){}",
         1e3 * scene.good_m(),
         step_ms(f64::from(scene.frames_per_s), scene.limit_substeps),
+        advice.as_ref().map_or("", |advice| &advice.measured),
     );
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
@@ -195,13 +196,18 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
         Some(_) => method(&first.label).to_owned(),
         None => short(&first.method),
     };
-    let take = format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &near));
+    let softer = match &advice {
+        Some(advice) if advice.label.as_deref() != Some(&first.label) => &advice.take,
+        _ => "",
+    };
+    let take = format!("`{form}`, {} a frame{}{softer}", first.calls(scene), ties("tie", &near));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
     };
     let why = format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time);
-    Ok([take, measured, format!("{why}{advice}")])
+    let advised = advice.as_ref().map_or("", |advice| &advice.why);
+    Ok([take, measured, format!("{why}{advised}")])
 }
 
 /// The length of one of so many steps a frame, ms.
@@ -209,31 +215,44 @@ fn step_ms(frames_per_s: f64, steps: u32) -> String {
     significant(1e3 / (frames_per_s * f64::from(steps)), 2)
 }
 
-/// What `drape compare` advises for a bundled scene, in short and with the numbers; empty if it was
-/// not asked.
-fn advised(results: &Path, scene: &str) -> Result<[String; 2], String> {
+/// What `drape compare` advises for a bundled scene, whose cloth is softer than that of `animation`.
+/// The texts go on those of an answer.
+struct Advised {
+    /// The form; `None` if nothing was advised.
+    label: Option<String>,
+    take: String,
+    measured: String,
+    why: String,
+}
+
+/// The advice for a bundled scene; `None` if it was not asked for.
+fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
     use regret::facts::TimingRow;
     let timings: Vec<TimingRow> = timings(results, "regret")?;
-    let Some(row) = timings.iter().find(|row| row.scene == scene) else {
-        return Ok([String::new(), String::new()]);
-    };
+    let Some(row) = timings.into_iter().find(|row| row.scene == scene) else { return Ok(None) };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
         |label| {
-            format!("`{label}` with steps of {} ms", step_ms(Options::default().rate, row.substeps))
+            format!("`{label}`, steps of {} ms", step_ms(Options::default().rate, row.substeps))
         },
     );
-    let asked = format!("; `drape compare {scene}` ({} particles): {advice}", row.particles);
-    let numbers = format!(
-        ". For the bundled scene `{scene}` ({} particles, within {:.1} mm), `drape compare` advises \
-         in {:.0} s: {advice} (`regret`, on {})",
-        row.particles,
+    let why = format!(
+        ". For the bundled scene `{scene}` (within {:.1} mm), `drape compare` advises in {:.0} s: \
+         {advice} (`regret`, on {})",
         1e3 * row.target_m,
         row.budget_s,
         processor(results, "regret")?
     );
-    Ok([asked, numbers])
+    Ok(Some(Advised {
+        label: row.label,
+        take: format!("; softer cloth (bundled `{scene}`): {advice}"),
+        measured: format!("; `{scene}`: {} particles, by `drape compare`", row.particles),
+        why,
+    }))
 }
+
+/// A tenth of a second, the unit in which `rest` counts steps.
+const TENTH_S: f64 = 0.1;
 
 /// The form that is nearest to the cheapest on every round table.
 struct Rest {
@@ -243,8 +262,8 @@ struct Rest {
     near: Vec<String>,
     /// The most that it takes over the least time on a table.
     ratio: f64,
-    /// Steps in 0.1 s that it needs on a table, from the fewest to the most.
-    steps: String,
+    /// Its fastest steps on the tables, from the shortest to the longest, ms.
+    step_ms: String,
     /// What it is measured on.
     measured: String,
     why: String,
@@ -252,11 +271,11 @@ struct Rest {
 
 /// The form for a drape test.
 fn laid(rest: Option<&Rest>) -> Answer {
-    let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
+    let Some(Rest { form, near, step_ms, measured, why, .. }) = rest else {
         let why = "`rest`: no form comes to rest on all".to_owned();
         return ["none".to_owned(), "study `rest`".to_owned(), why];
     };
-    let take = format!("`{form}`, {steps} steps in 0.1 s{}", ties("near", near));
+    let take = format!("`{form}`, steps of {step_ms} ms{}", ties("near", near));
     [take, measured.clone(), why.clone()]
 }
 
@@ -302,10 +321,19 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
             (seconds, right.iter().find(own).map_or(0, |(run, _)| run.steps))
         })
         .collect();
-    let told = |(seconds, steps): &(f64, u32)| format!("{:.0} ms with {steps}", 1e3 * seconds);
+    let ms = |step_s: f64| significant(1e3 * step_s, 2);
+    let step_s = |steps: u32| TENTH_S / f64::from(steps);
+    let told = |&(seconds, steps): &(f64, u32)| {
+        format!("{:.0} ms (step {} ms)", 1e3 * seconds, ms(step_s(steps)))
+    };
     let told: Vec<_> = fastest.iter().map(told).collect();
-    let steps: Vec<f64> = fastest.iter().map(|(_, steps)| f64::from(*steps)).collect();
-    let steps = names::range(&steps, |steps| steps.to_string()).unwrap_or_default();
+    let step_ms: Vec<f64> = fastest.iter().map(|(_, steps)| step_s(*steps)).collect();
+    let step_ms = names::range(&step_ms, ms).unwrap_or_default();
+    let mut elsewhere = String::new();
+    for scene in facts.scenes.iter().filter(|scene| !round.contains(&scene.id.as_str())) {
+        let times = least(&scene.id, Some(first)) / least(&scene.id, None);
+        elsewhere.push_str(&format!("; on the {} {times:.1} times", scene.id));
+    }
     let on_table = facts.scenes.iter().filter(|scene| round.contains(&scene.id.as_str()));
     let mut sizes: Vec<usize> = on_table.map(|scene| scene.particles).collect();
     sizes.sort_unstable();
@@ -318,15 +346,15 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
         round.len()
     );
     let why = format!(
-        "`rest`, {} round tables: computing time until the cloth rests, with so many steps in 0.1 s: \
-         {}; at most {:.1} times the least computing time until rest",
+        "`rest`, {} round tables: until the cloth lies still it computes for {}. That is at most {:.1} \
+         times the least computing time{elsewhere}",
         round.len(),
         told.join(", "),
         ratio(first)
     );
     let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
     let form = form.map_or_else(|| (*first).to_owned(), |method| short(method));
-    Ok(Some(Rest { form, near, ratio: ratio(first), steps, measured, why }))
+    Ok(Some(Rest { form, near, ratio: ratio(first), step_ms, measured, why }))
 }
 
 /// The winner on a soft sheet.
@@ -341,8 +369,8 @@ fn taught(results: &Path) -> Result<Answer, String> {
     let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4);
     let soft = soft.ok_or_else(|| lacks("no sheet"))?.1.ok_or_else(|| lacks("no winner"))?;
     let why = format!(
-        "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step fits on a line, \
-         and the course begins with its kind",
+        "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step is a \
+         line of mathematics, and the first lessons of the course are about such explicit methods",
         DAMPINGS[0]
     );
     const SHOWN: usize = 3;
@@ -385,7 +413,7 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
         let Rest { form, ratio, .. } = rest;
         // Within the digits that are told, it is the first on every table.
         if *ratio < 1.05 {
-            format!("; on small cloth `{form}` comes to rest first")
+            format!("; on small cloth `{form}` lies still after the least computing time")
         } else {
             format!("; on small cloth `{form}` takes at most {ratio:.1} times the least time")
         }
