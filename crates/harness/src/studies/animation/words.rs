@@ -152,8 +152,9 @@ fn explicit(facts: &Facts) -> Option<String> {
     };
     let needs: Vec<_> = facts.scenes.iter().filter_map(least).collect();
     let calls = range(&needs, |calls| calls.to_string())?;
+    let by_scene = if calls.contains(" to ") { ", by scene" } else { "" };
     Some(format!(
-        "Where stiffness limits the step, a good frame takes at least {calls} calls, by scene."
+        "Methods whose step stiffness limits need at least {calls} calls for a good frame{by_scene}."
     ))
 }
 
@@ -166,7 +167,8 @@ fn nearest(facts: &Facts) -> Option<String> {
     let most = facts.scenes.iter().filter_map(best).reduce(f64::max)?;
     let most = mm(most);
     Some(format!(
-        "With one call a frame, the best sound run of a scene is off by at most {most} mm."
+        "With one call a frame, the nearest run that is stable and moves is off by at most {most} mm \
+         on any scene."
     ))
 }
 
@@ -372,12 +374,13 @@ mod tests {
         assert_eq!(
             said.conclusion,
             "A frame is good if it is off by at most 10 mm or twice the noise. One call a frame is \
-             enough in every scene that was run, with `good`. Where stiffness limits the step, a \
-             good frame takes at least 48 calls, by scene."
+             enough in every scene that was run, with `good`. Methods whose step \
+             stiffness limits need at least 48 calls for a good frame."
         );
         let all = said.observations.join(" ");
         for sentence in [
-            "With one call a frame, the best sound run of a scene is off by at most 2.0 mm.",
+            "With one call a frame, the nearest run that is stable and moves is off by at most 2.0 \
+             mm on any scene.",
             "1 form loses more than half of the motion in some scene with one call a frame; its \
              method is `still`.",
             "1 form without a stiffness limit gains energy in some scene with one to four calls a \

@@ -72,8 +72,8 @@ fn plain_fall(facts: &Facts) -> Option<String> {
     let least = shares.iter().map(|(_, share)| *share).reduce(f64::min)?;
     Some(match shares.iter().find(|(_, share)| *share < HALF) {
         Some((k, share)) => format!(
-            "Few iterations do not mean success: at {} its sheet falls only {} % as far as with \
-             backward Euler.",
+            "Few iterations do not mean success: at {} its sheet falls only {} % as far in 0.3 s as \
+             with backward Euler.",
             k_over_m(*k),
             significant(100.0 * share, 2)
         ),
