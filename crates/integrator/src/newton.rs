@@ -66,9 +66,9 @@ const WOLFE_SLOPE: f64 = 0.9;
 /// residual and the line search still use the present potential, so the solution is the same. With
 /// conjugate gradients ([`Cg`](crate::NewtonSolver::Cg),
 /// [`Multigrid`](crate::NewtonSolver::Multigrid)) the Hessian is taken at the present iterate, and
-/// the forcing rule sets the tolerance of the linear system. The last iteration is tight by the rule
-/// of Eisenstat and Walker.
-/// A [`Safeguard`] continues the iteration if a linearised step would gain energy.
+/// the forcing rule sets the tolerance of the linear system. By the rule of Eisenstat and Walker the
+/// last iteration is tight. A [`Safeguard`] continues the iteration if a linearised step would gain
+/// energy.
 #[derive(Debug)]
 pub struct Newton {
     linear: NewtonLinear,

@@ -73,6 +73,11 @@ fn ended(
     (state, work)
 }
 
+/// The greatest distance of a particle from its place in another state, m.
+fn apart(one: &[Vec3], other: &[Vec3]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
 #[test]
 fn the_solution_is_that_of_factors_and_the_solver_follows_the_stiffness() {
     const LOOSE: (&str, &str) = ("forcing", "eisenstat-walker");
@@ -81,8 +86,7 @@ fn the_solution_is_that_of_factors_and_the_solver_follows_the_stiffness() {
             let start = sheet(stiffness, obstacle);
             let (expected, _) = steps(&start, &[("solver", "cholesky")], 15);
             let (found, work) = steps(&start, &[], 15);
-            let apart = expected.x.iter().zip(&found.x).map(|(a, b)| (a - b).norm());
-            let apart = apart.fold(0.0, f64::max);
+            let apart = apart(&expected.x, &found.x);
             assert!(apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
             let (_, by_blocks) = steps(&start, &[("solver", "cg"), LOOSE], 15);
             let saved = f64::from(by_blocks.cg) / f64::from(work.cg);
@@ -105,11 +109,7 @@ fn a_linearised_step_is_that_of_factors() {
             state.x
         };
         let (expected, found) = (run(&[ONCE, ("solver", "cholesky")]), run(&[ONCE]));
-        let far = |from: &[Vec3]| {
-            let apart = from.iter().zip(&expected).map(|(a, b)| (a - b).norm());
-            apart.fold(0.0, f64::max)
-        };
-        let (apart, moved) = (far(&found), far(&start.1.x));
+        let (apart, moved) = (apart(&expected, &found), apart(&expected, &start.1.x));
         assert!(apart < 5e-4 * moved, "{side}, {stiffness:e}: {apart:e} m of {moved:e} m");
     }
 }
@@ -126,8 +126,7 @@ fn large_grids_end_at_the_same_solution_in_single_and_in_double_precision() {
             let count = if obstacle && stiffness > 1e7 { 7 } else { 15 };
             let (expected, _) = steps(&start, &[("solver", "cholesky")], count);
             let (found, work) = steps(&start, &[], count);
-            let apart = expected.x.iter().zip(&found.x).map(|(a, b)| (a - b).norm());
-            let apart = apart.fold(0.0, f64::max);
+            let apart = apart(&expected.x, &found.x);
             assert!(work.cg > 0 && apart < 1e-7, "{stiffness:e}, {obstacle}: {apart:e}");
             let is_single = work.products < work.cg + work.newton;
             assert_eq!(is_single, !obstacle && stiffness <= 1e6, "{stiffness:e}, {obstacle}");

@@ -347,9 +347,10 @@ mod tests {
                 ("heavy", "On the hanging sheet with heavy damping, d/m = √(k/m), "),
             ] {
                 let conclusion = words(&facts(damping, winners)).conclusion;
-                assert!(conclusion.contains(&format!("{begin}{said}")), "{conclusion}");
-                assert!(conclusion.starts_with("Here a kind of method leads if"), "{conclusion}");
-                assert!(conclusion.contains("for an error of 1 %. On the"), "{conclusion}");
+                let first = "Here a kind of method leads if its best one needs less than half of \
+                             the modelled time of the other kind's, for an error of 1 %.";
+                let all = format!("{first} {begin}{said}");
+                assert!(conclusion.starts_with(&all), "{conclusion}");
             }
         }
         let words = words(&facts("light", &[tie]));
