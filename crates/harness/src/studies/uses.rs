@@ -182,7 +182,7 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     let measured = format!(
         "{place}, within {:.0} mm{noise} (limit of `symplectic-euler`: {} ms){}",
         1e3 * scene.good_m(),
-        step_ms(f64::from(scene.frames_per_s), scene.limit_substeps),
+        step_of_frame_ms(f64::from(scene.frames_per_s), scene.limit_substeps),
         advice.as_ref().map_or("", |advice| &advice.measured),
     );
     let Some((first, time)) = least.first() else {
@@ -211,8 +211,13 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
 }
 
 /// The length of one of so many steps a frame, ms.
-fn step_ms(frames_per_s: f64, steps: u32) -> String {
-    significant(1e3 / (frames_per_s * f64::from(steps)), 2)
+fn step_of_frame_ms(frames_per_s: f64, steps: u32) -> String {
+    step_ms(1.0 / (frames_per_s * f64::from(steps)))
+}
+
+/// A length of a step given in s, in ms.
+fn step_ms(step_s: f64) -> String {
+    significant(1e3 * step_s, 2)
 }
 
 /// What `drape compare` advises for a bundled scene, whose cloth is softer than that of `animation`.
@@ -233,7 +238,10 @@ fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
         |label| {
-            format!("`{label}`, steps of {} ms", step_ms(Options::default().rate, row.substeps))
+            format!(
+                "`{label}`, steps of {} ms",
+                step_of_frame_ms(Options::default().rate, row.substeps)
+            )
         },
     );
     let why = format!(
@@ -321,14 +329,13 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
             (seconds, right.iter().find(own).map_or(0, |(run, _)| run.steps))
         })
         .collect();
-    let ms = |step_s: f64| significant(1e3 * step_s, 2);
     let step_s = |steps: u32| TENTH_S / f64::from(steps);
     let told = |&(seconds, steps): &(f64, u32)| {
-        format!("{:.0} ms (step {} ms)", 1e3 * seconds, ms(step_s(steps)))
+        format!("{:.0} ms (step {} ms)", 1e3 * seconds, step_ms(step_s(steps)))
     };
     let told: Vec<_> = fastest.iter().map(told).collect();
-    let step_ms: Vec<f64> = fastest.iter().map(|(_, steps)| step_s(*steps)).collect();
-    let step_ms = names::range(&step_ms, ms).unwrap_or_default();
+    let lengths_s: Vec<f64> = fastest.iter().map(|(_, steps)| step_s(*steps)).collect();
+    let step_ms = names::range(&lengths_s, step_ms).unwrap_or_default();
     let mut elsewhere = String::new();
     for scene in facts.scenes.iter().filter(|scene| !round.contains(&scene.id.as_str())) {
         let times = least(&scene.id, Some(first)) / least(&scene.id, None);
