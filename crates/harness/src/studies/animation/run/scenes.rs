@@ -174,6 +174,12 @@ impl Case {
         if self.is_heavy { HEAVY } else { LIGHT }
     }
 
+    /// Sweeps of forces after which a frame is over budget. On a finer mesh, a wave takes more steps
+    /// to cross the cloth, and information more iterations.
+    pub(super) fn sweeps_a_frame(&self) -> f64 {
+        SWEEPS_A_FRAME * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
+    }
+
     /// The measure that ranks its runs.
     fn measure(&self) -> Measure {
         match self.place {
@@ -259,6 +265,8 @@ pub(super) struct Setting {
     members: Vec<Seen>,
     /// Time at which every run ends, whether it is complete or not.
     pub(super) deadline: Option<Instant>,
+    /// Whether a sound run of an explicit method is its last if it is exact enough for every figure.
+    pub(super) ends_when_fine: bool,
 }
 
 impl Setting {
@@ -320,7 +328,9 @@ impl Setting {
         };
         let hash = system_hash(&spec);
         let members = Vec::new();
-        Ok(Self { scene, hash, case, simulation, camera, members, deadline: None })
+        let ends_when_fine = side > FINEST;
+        let deadline = None;
+        Ok(Self { scene, hash, case, simulation, camera, members, deadline, ends_when_fine })
     }
 
     /// Computes the energies of the scene, the true motions, the noise between them, and the error
@@ -361,10 +371,7 @@ impl Setting {
     /// Largest work of a run, in visits of a spring.
     fn budget(&self) -> f64 {
         let sweep = (self.scene.springs + self.scene.particles) as f64;
-        // On a finer mesh, a wave takes more steps to cross the cloth, and information more
-        // iterations.
-        let finer = f64::from(self.case.side.min(FINEST)) / f64::from(USUAL);
-        BUDGET.max(SWEEPS_A_FRAME * finer * f64::from(self.case.frames) * sweep)
+        BUDGET.max(self.case.sweeps_a_frame() * f64::from(self.case.frames) * sweep)
     }
 
     /// What the camera sees of a true motion. The run does not watch its energy, which would double
@@ -447,8 +454,8 @@ impl Setting {
         self.scene.error(run).is_some_and(|error| error <= fine)
     }
 
-    /// Runs with rising numbers of calls until two runs are sound. On the finest meshes one is
-    /// enough that is exact enough for every figure.
+    /// Runs with rising numbers of calls until two runs are sound, or until one is also exact enough
+    /// for every figure, if that is to end them.
     fn to_the_limit(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let mut runs = Vec::new();
         // Within Gershgorin's bound stiffness makes no run unstable.
@@ -457,7 +464,7 @@ impl Setting {
             let run = self.run(film, substeps, None)?;
             // A refused run stays refused, and more calls only exceed the budget further.
             let is_over = matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
-            let is_enough = self.case.side > FINEST && run.is_sound() && self.is_fine(&run);
+            let is_enough = self.ends_when_fine && run.is_sound() && self.is_fine(&run);
             if !run.is_sound() && !is_over && !runs.iter().any(Run::is_sound) {
                 runs.clear(); // of the failures before the first sound run the last counts
             }

@@ -41,11 +41,29 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     assert!(!fails.is_sound() && holds.is_sound() && after.is_sound(), "{euler:?}");
     assert!(holds.is_good(scene) && after.shape_error_m < holds.shape_error_m, "{euler:?}");
     assert!(holds.substeps <= 2 * scene.limit_substeps, "{euler:?}");
+    let mut brief = Setting::new(&case).expect("a valid scene");
+    brief.ends_when_fine = true;
+    let once = brief.runs(&film("symplectic-euler", Substeps::Limit)).expect("runs");
+    assert_eq!(once.last().map(|run| run.substeps), Some(holds.substeps), "{once:?}");
     let implicit = runs("bdf2", Substeps::Ladder);
     let finest = implicit.last().expect("a run");
     assert!(finest.is_good(scene), "{finest:?}");
     let timing = setting.time(holds).expect("times");
     assert!(timing.frame_s > 0.0 && timing.samples_s.len() <= REPETITIONS);
+}
+
+/// The largest cloth has the budget of the next smaller one, in which explicit methods still reach
+/// twice their limit.
+#[test]
+fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() {
+    let sweeps: Vec<_> = long_cases().iter().map(Case::sweeps_a_frame).collect();
+    assert_eq!(sweeps, [500.0, 500.0, 1250.0, 2500.0, 2500.0]);
+    for case in long_cases() {
+        let setting = Setting::staged(&case).expect("a valid scene");
+        let limit = f64::from(setting.scene.limit_substeps);
+        assert!(2.0 * limit <= case.sweeps_a_frame(), "{}: {limit}", case.id());
+        assert_eq!(setting.ends_when_fine, setting.scene.particles > 10_000, "{}", case.id());
+    }
 }
 
 /// A method whose calls have parts is tuned like an explicit one: it tries several numbers of
