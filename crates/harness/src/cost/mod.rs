@@ -125,6 +125,15 @@ pub struct Price {
     pub left_out: Option<f64>,
 }
 
+impl Price {
+    /// Visits that take at least this time, s, whatever kind of work they are: the budget in visits
+    /// of a run that may take this time.
+    #[must_use]
+    pub fn visits_within(&self, seconds: f64) -> f64 {
+        1e9 * seconds / self.least_ns_a_visit
+    }
+}
+
 /// All prices, with their origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

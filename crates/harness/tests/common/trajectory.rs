@@ -27,7 +27,7 @@ pub(crate) fn trajectory() -> Record<Facts> {
         shape_floor_m: 0.01 * floor,
         strain_floor: 0.1 * floor,
         energy_floor: 0.1 * floor,
-        budget: 1e8,
+        budget_s: 0.05,
     };
     let scenes: Vec<_> = ["d/m = 0", "d/m = 10", "d/m = 40", "ζ = 0.01", "ζ = 0.1", "ζ = 1"]
         .into_iter()

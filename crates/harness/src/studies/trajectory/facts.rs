@@ -68,8 +68,9 @@ pub struct Scene {
     /// Mean error of the energy at the end of the motions with noise against the one without, over
     /// the energy that the scene sets free.
     pub energy_floor: f64,
-    /// Largest effort of a run, in visits of a spring.
-    pub budget: f64,
+    /// Modelled time that a run may take, s: it ends at the visits that take at least this time at
+    /// its prices.
+    pub budget_s: f64,
 }
 
 impl Scene {

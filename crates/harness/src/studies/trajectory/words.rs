@@ -252,8 +252,25 @@ fn caveats(facts: &Facts) -> Vec<String> {
          `rest` about where cloth comes to lie."
             .to_owned(),
     ];
-    caveats.extend([flawed(facts), undamped(facts), small(facts)].into_iter().flatten());
+    let others = [budget(facts), flawed(facts), undamped(facts), small(facts)];
+    caveats.extend(others.into_iter().flatten());
     caveats
+}
+
+/// How much of the budget the slowest winner takes.
+fn budget(facts: &Facts) -> Option<String> {
+    let budget = facts.scenes.iter().map(|scene| scene.budget_s).reduce(f64::max)?;
+    Some(format!(
+        "A run may take {budget} s of modelled time, and the slowest winner takes {} s: of slower \
+         methods only the least delay is known.",
+        significant(slowest(facts)?, 2)
+    ))
+}
+
+/// The modelled time of the slowest winner, s.
+fn slowest(facts: &Facts) -> Option<f64> {
+    let named = facts.winners.iter().filter(|winner| winner.label.is_some());
+    named.filter_map(|winner| winner.modelled_s).reduce(f64::max)
 }
 
 /// How often a run with a flaw would have won.

@@ -116,7 +116,7 @@ impl Contest {
                 return Ok(Some(tried.clone()));
             }
             let mut setting = self.setting.clone();
-            setting.case.budget = visits(form, budget);
+            setting.most_s = SLACK * budget;
             let runs = row.as_ref().map_or_else(Vec::new, |row| row.runs.clone());
             match setting.row_after(runs, form, None) {
                 Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => Ok(None),
@@ -263,7 +263,7 @@ fn case(ground: &Ground) -> Case {
         side,
         light: LIGHT,
         series: Vec::new(),
-        budget: 0.0,
+        budget: f64::INFINITY,
     }
 }
 
@@ -295,7 +295,7 @@ fn undecided(named: &str, efforts: &[Effort], tried: f64, most: f64) -> Option<f
 
 /// The visits after which a run of a form is over a budget in s.
 fn visits(form: &Variant, budget: f64) -> f64 {
-    SLACK * 1e9 * budget / prices().of(form.method).least_ns_a_visit
+    prices().of(form.method).visits_within(SLACK * budget)
 }
 
 /// The least time of each method whose runs reach an error, the least first. Of equal times the

@@ -21,9 +21,8 @@ const DAMPINGS: [Damping; 6] = [
 const SIDE: u32 = 20;
 const SMALL_SIDE: u32 = 10;
 const STIFF: f64 = 1e9;
-/// Largest effort of a run, in visits of a spring: usually, and on the stiffest sheets.
-const BUDGET: f64 = 4e7;
-const STIFF_BUDGET: f64 = 8e7;
+/// Modelled time that a run may take, s: more than three times as long as the slowest winner.
+pub(super) const BUDGET_S: f64 = 0.05;
 
 /// The damping in the scene's own terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +89,7 @@ impl Case {
             side: if is_stiff { SMALL_SIDE } else { SIDE },
             light: self.damping_over_mass(),
             series: Vec::new(),
-            budget: if is_stiff { STIFF_BUDGET } else { BUDGET },
+            budget: f64::INFINITY,
         }
     }
 
@@ -110,6 +109,7 @@ impl Stage {
         let (mut setting, noise) = Setting::among_noise(&case.sheet())?;
         // A smaller error is below the noise, or below every level.
         setting.enough = LEVELS.into_iter().fold(1.0, f64::min).max(noise.error);
+        setting.most_s = BUDGET_S;
         let sheet = &mut setting.scene;
         sheet.id = case.id();
         let scene = Scene {
@@ -132,7 +132,7 @@ impl Stage {
             shape_floor_m: noise.shape_m,
             strain_floor: noise.strain,
             energy_floor: noise.energy,
-            budget: sheet.budget,
+            budget_s: setting.most_s,
         };
         Ok(Self { scene, setting })
     }

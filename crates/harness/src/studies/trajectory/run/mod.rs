@@ -14,7 +14,7 @@ use crate::studies::work_precision::run::truth::{PERTURBED, SEED};
 use crate::studies::work_precision::run::variants::VARIANTS;
 use crate::studies::work_precision::run::{FOLLOWING, counts};
 use crate::studies::{Context, Measured, Start, prepared, taken};
-use cases::{Stage, cases};
+use cases::{BUDGET_S, Stage, cases};
 use serde_json::json;
 
 /// Largest effort of a run in the quick subset, in visits of a spring.
@@ -37,9 +37,9 @@ pub(super) fn method() -> String {
          energy that the scene sets free. Motion kept is the path of the middle of the free edge \
          over the true path. Every method runs in all forms of `work-precision`, except that \
          `rkc` refuses sheets without damping. They take steps T/2ʲ until the trajectory errs by \
-         less than {} or by less than the noise, or until a run exceeds the budget of its scene. \
-         Modelled time ranks the runs, as there; a method that takes less than {LEAD} times as \
-         long as the winner ties with it. An error ranks only if it is at least twice the noise. A \
+         less than {} or by less than the noise, or until a run takes more than {BUDGET_S} s of \
+         modelled time. Modelled time ranks the runs, as in `work-precision`; a method that takes \
+         less than {LEAD} times as long as the winner ties with it. An error ranks only if it is at least twice the noise. A \
          run may win only if it keeps at least half of the motion and its energy at the end \
          exceeds the true one by at most {} % of the energy that the scene sets free, or by twice \
          the noise of the energy.",

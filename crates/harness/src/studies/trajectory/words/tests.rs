@@ -1,6 +1,6 @@
 use super::super::facts::{Flaw, Tied};
 use super::*;
-use drape_report::Verdict;
+use drape_report::{Record, Verdict};
 
 /// A sheet with its noise, and with the error of its only good form.
 fn scene(stiffness: f64, ratio: f64, floor: f64) -> Scene {
@@ -24,7 +24,7 @@ fn scene(stiffness: f64, ratio: f64, floor: f64) -> Scene {
         shape_floor_m: 1e-6,
         strain_floor: 1e-6,
         energy_floor: 1e-6,
-        budget: 1e7,
+        budget_s: 0.05,
     }
 }
 
@@ -134,6 +134,19 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
                 method gets there within its budget.";
     assert!(words(&missed).conclusion.contains(told), "{:?}", words(&missed));
     assert!(said.caveats[0].contains("1 of 4 winners lead by less"), "{:?}", said.caveats);
+}
+
+/// All methods that tie with a winner fit the budget of a run, so no tie is told as a lead.
+#[test]
+fn the_budget_of_a_run_is_told_and_has_room_for_all_ties() {
+    let mut known = facts(&[(1e4, 0.1, 1e-4, true, 3.0), (1e6, 0.1, 1e-4, true, 3.0)]);
+    (known.winners[0].modelled_s, known.winners[1].modelled_s) = (Some(0.02), Some(0.01));
+    let told = "A run may take 0.05 s of modelled time, and the slowest winner takes 0.020 s";
+    assert!(words(&known).caveats.iter().any(|text| text.starts_with(told)), "{known:?}");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/trajectory.json").as_ref();
+    let committed: Record<Facts> = drape_report::file::read_json(path).expect("a record");
+    let most = LEAD * slowest(&committed.facts).expect("winners");
+    assert!(committed.facts.scenes.iter().all(|scene| most <= scene.budget_s), "{most}");
 }
 
 #[test]

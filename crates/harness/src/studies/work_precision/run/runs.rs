@@ -73,7 +73,7 @@ impl Setting {
             if limit.is_some_and(|limit| expected > limit) {
                 break;
             }
-            let run = if expected > self.case.budget {
+            let run = if expected > self.budget(variant) {
                 self.not_begun(variant, value)?
             } else {
                 self.run(variant, value)?.run
@@ -119,8 +119,13 @@ impl Setting {
     pub(super) fn run(&self, variant: &Variant, value: f64) -> Result<Timed, HarnessError> {
         match variant.choice(value)? {
             Some(choice) => self.integrate(variant, &choice, value),
-            None => self.adapt(value),
+            None => self.adapt(value, self.budget(variant)),
         }
+    }
+
+    /// The visits after which a run is over its budget.
+    fn budget(&self, variant: &Variant) -> f64 {
+        self.case.budget.min(prices().of(variant.method).visits_within(self.most_s))
     }
 
     fn steps(variant: &Variant, value: f64) -> f64 {
@@ -159,7 +164,7 @@ impl Setting {
     ) -> Result<Timed, HarnessError> {
         let time = TimeSpan { step_s: SPAN / Self::steps(variant, value), duration_s: SPAN };
         let mut simulation = self.simulation.clone();
-        let runner = Runner::new(choice, time).budget(self.case.budget);
+        let runner = Runner::new(choice, time).budget(self.budget(variant));
         let (outcome, seen) = match &self.truth {
             Some(truth) => truth.watch(runner, &mut simulation, Self::steps(variant, value))?,
             None => (runner.go(&mut simulation)?, Seen::default()),
@@ -211,10 +216,10 @@ impl Setting {
     }
 
     /// A run of the library's adaptive method.
-    fn adapt(&self, tolerance: f64) -> Result<Timed, HarnessError> {
+    fn adapt(&self, tolerance: f64, budget: f64) -> Result<Timed, HarnessError> {
         let particles = self.scene.particles as f64;
         let sweep = self.scene.springs as f64 + particles;
-        let max_steps = (self.case.budget / (STAGES * sweep + COMBINING * particles)) as u32;
+        let max_steps = (budget / (STAGES * sweep + COMBINING * particles)) as u32;
         let settings = ReferenceSettings { tolerance, max_steps };
         let begin = Instant::now();
         let result = adaptive(&self.simulation.system, &self.simulation.state, SPAN, settings);

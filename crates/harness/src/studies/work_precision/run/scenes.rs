@@ -224,6 +224,9 @@ pub(in crate::studies) struct Setting {
     pub(in crate::studies) simulation: Simulation,
     /// No finer run is made after one with a smaller error than this.
     pub(in crate::studies) enough: f64,
+    /// Modelled time that a run may take, s, beside the budget of the scene: it ends at the visits
+    /// that take at least this time at its prices.
+    pub(in crate::studies) most_s: f64,
     /// The positions of the reference at the end, m.
     pub(super) exact: Vec<Vec3>,
     pub(in crate::studies) hash: String,
@@ -277,6 +280,7 @@ impl Setting {
             case: case.clone(),
             simulation,
             enough: ENOUGH,
+            most_s: f64::INFINITY,
             exact: tight.x,
             hash,
             scene,

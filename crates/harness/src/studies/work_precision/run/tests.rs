@@ -2,6 +2,7 @@
 
 use super::scenes::{Case, Setting, Shape, normal};
 use super::*;
+use crate::cost::prices;
 use crate::methods;
 use crate::studies::work_precision::facts::{Beside, Flaw, Row, Scene};
 use drape_model::Vec3;
@@ -99,6 +100,22 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
             "{label}"
         );
         assert!(!others.is_empty(), "{label}");
+    }
+}
+
+/// A budget of modelled time buys each form the visits that take this time at its own prices.
+#[test]
+fn a_budget_of_modelled_time_is_held_at_the_prices_of_the_form() {
+    for label in ["imex-euler", "vbd", DOP853] {
+        let mut setting = small(Shape::Hanging, f64::INFINITY);
+        setting.most_s = 1e-3;
+        let visits = prices().of(variant(label).method).visits_within(setting.most_s);
+        let row = setting.row(variant(label), None).expect("runs");
+        let (last, others) = row.runs.split_last().expect("runs");
+        assert_eq!((last.verdict, last.error), (Verdict::OverBudget, None), "{label}");
+        assert!(!others.is_empty() && others.iter().all(|run| run.effort <= visits), "{label}");
+        let most = others.iter().map(|run| run.effort).fold(0.0, f64::max);
+        assert!(2.5 * most > visits, "{label}: {most} of {visits}");
     }
 }
 
