@@ -106,7 +106,7 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
 /// A budget of modelled time buys each form the visits that take this time at its own prices.
 #[test]
 fn a_budget_of_modelled_time_is_held_at_the_prices_of_the_form() {
-    for label in ["imex-euler", "vbd", DOP853] {
+    for label in ["imex-euler", "vbd"] {
         let mut setting = small(Shape::Hanging, f64::INFINITY);
         setting.most_s = 1e-3;
         let visits = prices().of(variant(label).method).visits_within(setting.most_s);
