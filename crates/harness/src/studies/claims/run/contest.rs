@@ -342,15 +342,22 @@ fn efforts(forms: &[&[Tried]], level: f64) -> Vec<Effort> {
 mod tests {
     use super::*;
 
+    fn effort(method: &str, seconds: f64) -> Effort {
+        Effort { method: method.to_owned(), seconds, is_portable: true }
+    }
+
     #[test]
     fn a_place_is_decided_when_two_are_ahead_or_nobody_can_be() {
-        let effort = |(method, seconds): &(&str, f64)| Effort {
-            method: (*method).to_owned(),
-            seconds: *seconds,
-            is_portable: true,
-        };
         let of = |efforts: &[(&str, f64)], tried| {
-            undecided("a", &efforts.iter().map(effort).collect::<Vec<_>>(), tried, 8.0)
+            undecided(
+                "a",
+                &efforts
+                    .iter()
+                    .map(|(method, seconds)| effort(method, *seconds))
+                    .collect::<Vec<_>>(),
+                tried,
+                8.0,
+            )
         };
         assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 2.0), Some(4.0), "a third may lie between");
         assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 4.0), None, "it is second");
@@ -364,11 +371,6 @@ mod tests {
     /// A run of a form may cost more than the budget of its round. Another form may be cheaper then.
     #[test]
     fn a_time_is_known_when_it_lies_within_the_budget() {
-        let effort = |method: &str, seconds| Effort {
-            method: method.to_owned(),
-            seconds,
-            is_portable: true,
-        };
         let all = [effort("a", 1.0), effort("b", 3.0)];
         assert!(has_all(&all, &["a", "b"], 3.0) && has_all(&all, &["a"], 1.0));
         assert!(!has_all(&all, &["a", "b"], 2.9) && !has_all(&all, &["c"], 9.0));
