@@ -100,6 +100,31 @@ pub enum HarnessError {
         /// The known ones.
         known: String,
     },
+    /// The timings of a study cannot be taken without its facts.
+    #[error(
+        "the study {study} has no timings that can be taken without its runs; expected one of: \
+         {known}"
+    )]
+    NoOwnTimings {
+        /// The study.
+        study: &'static str,
+        /// The studies with such timings.
+        known: String,
+    },
+    /// A record has a scene that this program does not have, or that differs from its own.
+    #[error(
+        "{}: the scene `{scene}` of the record {found}; expected the scene of this program, so \
+         compute the record anew",
+        record.display()
+    )]
+    OtherScene {
+        /// The record.
+        record: PathBuf,
+        /// The scene.
+        scene: String,
+        /// How it differs.
+        found: String,
+    },
     /// No such claim.
     #[error("no claim `{id}`; expected one of: {known}")]
     UnknownClaim {

@@ -18,6 +18,7 @@ mod journal;
 pub mod judgement;
 mod kept;
 pub mod lessons;
+mod load;
 pub mod methods;
 mod motion;
 mod need;

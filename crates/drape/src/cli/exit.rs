@@ -86,7 +86,9 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::Threads(_)
         | HarnessError::UnknownExperiment { .. }
         | HarnessError::UnknownStart { .. }
-        | HarnessError::UnknownClaim { .. } => true,
+        | HarnessError::UnknownClaim { .. }
+        | HarnessError::NoOwnTimings { .. }
+        | HarnessError::OtherScene { .. } => true,
         HarnessError::Step(_)
         | HarnessError::Record(_)
         | HarnessError::Reference(_)

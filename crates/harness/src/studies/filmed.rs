@@ -1,14 +1,16 @@
 //! The common part of studies whose runs are filmed: the loop over forms and timings, and the
 //! counters of a run.
 
-use super::{Context, cells, timed};
+use super::{Context, Recorded, cells, timed};
 use crate::HarnessError;
 use crate::methods::runs::Film;
 use crate::run::Outcome;
-use drape_report::number::median;
+use crate::sha256;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Counts of work over all steps of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -49,10 +51,14 @@ pub(super) trait Stage: Sync {
     /// The times of a run.
     type Row: Serialize + DeserializeOwned;
 
+    /// SHA-256 of the scene.
+    fn hash(&self) -> &str;
     /// The forms to run.
     fn films(&self) -> Vec<Film>;
     /// All runs of a form.
     fn runs(&self, film: &Film) -> Result<Vec<Self::Run>, HarnessError>;
+    /// Key of the scene of a run.
+    fn scene(run: &Self::Run) -> &str;
     /// Whether a run is timed.
     fn is_timed(run: &Self::Run) -> bool;
     /// Times a run.
@@ -91,33 +97,25 @@ pub(super) fn clock<S: Stage>(
     Ok(Some(timed(context, "timings", &all, |(stage, run)| stage.time(run))?.all()?))
 }
 
-/// Number of repetitions of a timed run. A repetition that takes longer than this time (s) is the
-/// last.
-pub(super) const REPETITIONS: usize = 3;
+/// A timed run of more seconds is not repeated.
 pub(super) const LONG_S: f64 = 0.05;
 
-/// Seconds of each repetition, and their median.
-pub(super) fn samples(
-    mut once: impl FnMut() -> Result<f64, HarnessError>,
-) -> Result<(Vec<f64>, f64), HarnessError> {
-    let mut samples: Vec<f64> = Vec::new();
-    while samples.len() < REPETITIONS && samples.iter().all(|&seconds| seconds < LONG_S) {
-        samples.push(once()?);
+/// Times the runs of a record on its scenes. `stage` makes a scene by its key, and returns `None`
+/// for an unknown one.
+pub(super) fn clock_again<S: Stage>(
+    context: &Context<'_>,
+    recorded: &Recorded<'_>,
+    runs: &[S::Run],
+    stage: impl Fn(&str) -> Result<Option<S>, HarnessError>,
+) -> Result<Vec<S::Row>, HarnessError> {
+    let mut stages = BTreeMap::new();
+    for run in runs {
+        if let Entry::Vacant(place) = stages.entry(S::scene(run)) {
+            place.insert(recorded.same(S::scene(run), stage(S::scene(run))?, S::hash)?);
+        }
     }
-    let seconds = median(samples.iter().copied()).unwrap_or(0.0);
-    Ok((samples, seconds))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_short_run_is_timed_thrice_and_a_long_one_once() {
-        let mut seconds = [0.02, 0.01, 0.03].into_iter();
-        let (short, median) = samples(|| Ok(seconds.next().unwrap_or(9.0))).expect("samples");
-        assert_eq!((short, median), (vec![0.02, 0.01, 0.03], 0.02));
-        let (long, median) = samples(|| Ok(2.0 * LONG_S)).expect("samples");
-        assert_eq!((long.len(), median), (1, 2.0 * LONG_S));
-    }
+    let all: Vec<_> = runs.iter().filter(|run| S::is_timed(run)).collect();
+    // A journal goes on only with the same runs.
+    let part = format!("timings of {}", sha256(&serde_json::to_vec(runs).unwrap_or_default()));
+    timed(context, &part, &all, |run| stages[S::scene(run)].time(run))?.all()
 }

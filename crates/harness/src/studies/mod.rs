@@ -8,6 +8,7 @@
 pub mod animation;
 pub mod cg_vs_stiffness;
 pub mod claims;
+mod clocked;
 pub mod collision;
 pub mod course;
 pub mod effects;
@@ -45,7 +46,7 @@ use crate::shard::Missing;
 use crate::{HarnessError, Source, provenance};
 use drape_integrator::PrepareError;
 use drape_model::{SystemSpec, TimeSpan};
-use drape_report::file::write_json;
+use drape_report::file::{read_json, write_json};
 use drape_report::page::{Lesson, Section, Table};
 use drape_report::plate::{self, Plate};
 use drape_report::{
@@ -115,8 +116,8 @@ struct Parts<F: 'static, T: 'static = ()> {
     builds_on: &'static [&'static str],
     /// How the facts are measured.
     method: fn() -> String,
-    /// How the timings are taken; `None` if nothing is timed.
-    timing: Option<fn() -> String>,
+    /// The timings; `None` if nothing is timed.
+    timing: Option<Timing<F, T>>,
     /// The systems from which its runs start.
     starts: fn() -> Vec<Start>,
     run: fn(&Context<'_>) -> Result<Measured<F, T>, HarnessError>,
@@ -126,6 +127,56 @@ struct Parts<F: 'static, T: 'static = ()> {
     plates: &'static [Plate<Input<F, T>>],
     tables: fn(&Input<F, T>) -> Vec<Table>,
     lessons: Option<fn(&F) -> Vec<Lesson>>,
+}
+
+/// The timings of a study.
+struct Timing<F: 'static, T: 'static> {
+    /// How they are taken.
+    method: fn() -> String,
+    /// What more a page says about these rows.
+    about: fn(&[T]) -> Option<String>,
+    /// Takes those of a record anew; `None` if they can only be taken with the facts.
+    again: Option<Again<F, T>>,
+}
+
+/// Takes the timings of the runs in a record's facts. Returns these facts, without the timings that
+/// they may have named as missing, and the rows.
+type Again<F, T> = fn(&Context<'_>, F, &Recorded<'_>) -> Result<(F, Vec<T>), HarnessError>;
+
+/// The scenes of a record.
+struct Recorded<'a> {
+    /// Path of the record.
+    path: &'a Path,
+    /// Their hashes, by name.
+    hashes: &'a BTreeMap<String, String>,
+}
+
+impl Recorded<'_> {
+    /// Passes on this program's own scene of this name if the record has the same.
+    fn same<S>(
+        &self,
+        scene: &str,
+        own: Option<S>,
+        hash: impl Fn(&S) -> &str,
+    ) -> Result<S, HarnessError> {
+        let other = |found: String| {
+            let (record, scene) = (self.path.to_owned(), scene.to_owned());
+            HarnessError::OtherScene { record, scene, found }
+        };
+        let own = own.ok_or_else(|| other("is unknown to this program".to_owned()))?;
+        match self.hashes.get(scene) {
+            Some(recorded) if recorded == hash(&own) => Ok(own),
+            Some(recorded) => Err(other(format!("has the hash {recorded}, not {}", hash(&own)))),
+            None => Err(other("has no hash".to_owned())),
+        }
+    }
+}
+
+impl<F, T> Timing<F, T> {
+    /// Timings that are taken with the facts.
+    const fn of(method: fn() -> String) -> Self {
+        Self { method, about: |_| None, again: None }
+    }
 }
 
 /// A function that makes a system.
@@ -193,6 +244,18 @@ pub trait Study: Sync {
     /// compute them. [`HarnessError`] if a run is refused or a record cannot be written.
     fn run(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
 
+    /// Whether its timings can be taken anew without its facts.
+    fn has_own_timings(&self) -> bool;
+
+    /// Takes the timings of the runs anew that its record in the folder of the results has, and
+    /// computes no other run. Returns the files that were written.
+    ///
+    /// # Errors
+    /// [`HarnessError::NoOwnTimings`] if they can only be taken with its facts;
+    /// [`HarnessError::OtherScene`] if a scene is not the one of the record. [`HarnessError`] if a
+    /// record cannot be read or written.
+    fn retime(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
+
     /// Compares its facts below `fresh`, which may be the quick subset, with those below
     /// `committed`. Returns the number of facts that were compared, and those that differ.
     ///
@@ -233,6 +296,25 @@ where
     /// Name of the record's file.
     fn file(&self) -> String {
         format!("{}.json", self.name)
+    }
+
+    /// Writes the timings and returns their path.
+    fn write_timings(
+        &self,
+        context: &Context<'_>,
+        (timing, rows): (&Timing<F, T>, Vec<T>),
+        provenance: Provenance,
+    ) -> Result<PathBuf, HarnessError> {
+        let timings = Timings {
+            format: TIMINGS_FORMAT.to_owned(),
+            experiment: self.name.to_owned(),
+            method: (timing.method)(),
+            rows,
+            provenance,
+        };
+        let path = context.out.join("timings").join(self.file());
+        write_json(&path, &timings)?;
+        Ok(path)
     }
 
     /// The same facts with the texts that the code makes of them.
@@ -303,19 +385,34 @@ where
         let own = Provenance { seed, ..provenance.clone() };
         write_json(&path, &self.record(context.quick, facts, own))?;
         let mut files = vec![path];
-        if let Some((rows, method)) = timings.zip(self.timing) {
-            let timings = Timings {
-                format: TIMINGS_FORMAT.to_owned(),
-                experiment: self.name.to_owned(),
-                method: method(),
-                rows,
-                provenance,
-            };
-            let path = context.out.join("timings").join(self.file());
-            write_json(&path, &timings)?;
-            files.push(path);
+        if let Some((rows, timing)) = timings.zip(self.timing.as_ref()) {
+            files.push(self.write_timings(context, (timing, rows), provenance)?);
         }
         Ok(files)
+    }
+
+    fn has_own_timings(&self) -> bool {
+        self.timing.as_ref().is_some_and(|timing| timing.again.is_some())
+    }
+
+    fn retime(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
+        let own = self.timing.as_ref().and_then(|timing| Some((timing, timing.again?)));
+        let Some((timing, again)) = own else {
+            let known = all().iter().filter(|study| study.has_own_timings());
+            let known = known.map(|study| study.name()).collect::<Vec<_>>().join(", ");
+            return Err(HarnessError::NoOwnTimings { study: self.name, known });
+        };
+        let path = context.out.join(self.file());
+        let mut record: Record<F> = read_json(&path)?;
+        let scenes = record.provenance.scene_sha256.clone();
+        let recorded = Recorded { path: &path, hashes: &scenes };
+        let (facts, rows) = again(context, record.facts, &recorded)?;
+        record.facts = facts;
+        let written =
+            self.write_timings(context, (timing, rows), provenance(context.source, scenes))?;
+        // The facts may have named timings as missing, and so the words.
+        write_json(&path, &self.worded(record))?;
+        Ok(vec![path, written])
     }
 
     fn compare(
@@ -327,7 +424,7 @@ where
     }
 
     fn comparable(&self, results: &Path) -> Result<Vec<serde_json::Value>, HarnessError> {
-        let record: Record<F> = drape_report::file::read_json(&results.join(self.file()))?;
+        let record: Record<F> = read_json(&results.join(self.file()))?;
         Ok((self.comparable)(&record.facts).into_iter().map(|fact| fact.values).collect())
     }
 
@@ -356,8 +453,10 @@ where
         let input = Input { facts, timings };
         let figures = plate::draw_all(self.plates, &input, files)?;
         let mut section = Section::new(&frame, figures, (self.tables)(&input));
-        if self.timing.is_some() {
-            section = section.with_timings(input.timings.as_ref());
+        if let Some(timing) = &self.timing {
+            let timings = input.timings.as_ref();
+            let more = timings.and_then(|timings| (timing.about)(&timings.rows));
+            section = section.with_timings(timings, more.as_deref());
         }
         let lessons = self.lessons.map_or_else(Vec::new, |lessons| lessons(&input.facts));
         Ok(Some(section.with_lessons(lessons)))
@@ -664,7 +763,7 @@ mod tests {
         for study in all() {
             let name = study.name();
             let record: Record<serde_json::Value> =
-                drape_report::file::read_json(&results.join(format!("{name}.json"))).expect(name);
+                read_json(&results.join(format!("{name}.json"))).expect(name);
             let starts = study.starts();
             for (n, start) in starts.iter().enumerate() {
                 assert!(starts[..n].iter().all(|s| s.name != start.name), "{name}/{}", start.name);
@@ -685,8 +784,7 @@ mod tests {
     fn what_a_committed_record_ran_without_a_hash_has_a_start_too() {
         let results = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../results"));
         let cells = |(file, place): (&str, &str)| -> Vec<serde_json::Value> {
-            let record: serde_json::Value =
-                drape_report::file::read_json(&results.join(file)).expect(file);
+            let record: serde_json::Value = read_json(&results.join(file)).expect(file);
             record.pointer(place).and_then(|cells| cells.as_array()).expect(place).clone()
         };
         let word = |cell: &serde_json::Value, key: &str| cell[key].as_str().map(str::to_owned);

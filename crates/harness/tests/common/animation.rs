@@ -105,6 +105,7 @@ fn times_of(study: &str) -> Timings<TimingRow> {
             frames: 10,
             samples_s: vec![10.0 * frame_s],
             frame_s,
+            probe_s: None,
         }
     };
     timings_of(study, sound.map(row).collect())

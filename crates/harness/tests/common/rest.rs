@@ -85,7 +85,7 @@ pub(crate) fn rest_timings() -> Timings<TimingRow> {
     let row = |run: Run| {
         let seconds = 1e-9 * run.effort.unwrap_or(1.0);
         let (scene, label, steps) = (run.scene, run.label, run.steps);
-        TimingRow { scene, label, steps, samples_s: vec![seconds], seconds }
+        TimingRow { scene, label, steps, samples_s: vec![seconds], seconds, probe_s: None }
     };
     timings_of("rest", right.map(row).collect())
 }

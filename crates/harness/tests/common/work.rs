@@ -120,6 +120,7 @@ pub(crate) fn work_precision_timings() -> Timings<work_precision::TimingRow> {
         for run in &row.runs {
             let Some(error) = run.error else { continue };
             rows.push(work_precision::TimingRow {
+                probe_s: None,
                 scene: row.scene.clone(),
                 label: row.label.clone(),
                 value: run.value,

@@ -130,18 +130,19 @@ impl Section {
         section
     }
 
-    /// The same section, with a note on the timings that belong to the record.
-    pub fn with_timings<R>(mut self, timings: Option<&Timings<R>>) -> Self {
+    /// The same section, with a note on the timings that belong to the record. `more` is a sentence
+    /// about these timings.
+    pub fn with_timings<R>(mut self, timings: Option<&Timings<R>>, more: Option<&str>) -> Self {
         let file = format!("timings/{}", self.record);
         match timings {
             Some(timings) => {
-                self.notes.push(format!("How the times were taken: {}", timings.method));
+                let more = more.map_or_else(String::new, |more| format!(" {more}"));
+                self.notes.push(format!("How the times were taken: {}{more}", timings.method));
                 self.provenance.push(origin(&file, &timings.provenance));
             }
             None => self.notes.push(format!(
                 "No timings were taken here (`{file}` is absent), so figures and tables of times \
-                 are \
-                 missing."
+                 are missing."
             )),
         }
         self

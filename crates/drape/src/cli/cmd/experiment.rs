@@ -28,6 +28,10 @@ pub(crate) struct Arguments {
     /// Start from the beginning and discard the cells that an interrupted run has finished
     #[arg(long)]
     fresh: bool,
+    /// Take only the timings anew, of the runs that the record in the folder has (animation,
+    /// animation-long and rest)
+    #[arg(long, conflicts_with_all = ["quick", "shard", "methods"])]
+    timings: bool,
 }
 
 /// The methods that studies compare.
@@ -72,6 +76,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     if arguments.shard.compute(&run, &[experiment])? {
         return Ok(());
+    }
+    if arguments.timings {
+        for (place, experiment) in Place::each(&[experiment]) {
+            run.retime(experiment, place)?;
+        }
+        super::report::draw(&out)?;
+        return Ok(unfinished.leave([timings_of(experiment).as_str()])?);
     }
     for (place, experiment) in Place::each(&[experiment]) {
         run.record(experiment, place)?;
@@ -159,6 +170,15 @@ impl Run<'_> {
         Ok(missing.is_empty())
     }
 
+    /// Takes the timings of the runs of a record anew.
+    fn retime(&self, study: &dyn Study, place: Place) -> anyhow::Result<()> {
+        let name = timings_of(study);
+        let journal = self.unfinished.journal(&name, self.quick)?;
+        tell_kept(&name, &journal, "before the interruption");
+        let files = self.with(study, &journal, place, |context| study.retime(context))?;
+        Ok(journal.finish(&files)?)
+    }
+
     /// Writes the records of an experiment if all its cells are there, and computes none. Returns
     /// what is missing.
     pub(crate) fn join(&self, study: &dyn Study, place: Place) -> anyhow::Result<Vec<Missing>> {
@@ -209,6 +229,17 @@ impl Run<'_> {
         journal: &Journal,
         place: Place,
     ) -> Result<Vec<PathBuf>, HarnessError> {
+        self.with(study, journal, place, |context| study.run(context))
+    }
+
+    /// Does a part of a study, and tells which files it wrote.
+    fn with(
+        &self,
+        study: &dyn Study,
+        journal: &Journal,
+        place: Place,
+        work: impl Fn(&Context<'_>) -> Result<Vec<PathBuf>, HarnessError>,
+    ) -> Result<Vec<PathBuf>, HarnessError> {
         let progress = Bars::new(study.name(), place);
         let source = crate::cli::source();
         let context = Context {
@@ -220,7 +251,7 @@ impl Run<'_> {
             allocated: crate::cli::allocated(),
             source: &source,
         };
-        let files = study.run(&context);
+        let files = work(&context);
         tell_failures();
         let files = files?;
         for file in &files {
@@ -253,6 +284,11 @@ impl ShardArgument {
 /// Whether cells are missing that are not timed.
 fn lacks_counts(journal: &Journal) -> bool {
     journal.missing().iter().any(|missing| !missing.is_timed)
+}
+
+/// The name of the journal of a study's timings, where they are taken anew.
+fn timings_of(study: &dyn Study) -> String {
+    format!("{}-timings", study.name())
 }
 
 /// Tells what a journal holds.

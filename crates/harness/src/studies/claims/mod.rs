@@ -7,14 +7,14 @@ mod words;
 
 pub use run::{test, test_with_starts};
 
-use super::Parts;
+use super::{Parts, Timing};
 
 pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "claims",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
     method: run::method,
-    timing: Some(run::timing),
+    timing: Some(Timing::of(run::timing)),
     starts: run::starts,
     run: run::run,
     comparable: run::comparable,

@@ -178,4 +178,8 @@ pub struct TimingRow {
     pub samples_s: Vec<f64>,
     /// Median of the samples, s.
     pub seconds: f64,
+    /// Seconds of a fixed loop before or after the samples, whichever is longer; more than
+    /// elsewhere in the file if another program disturbed the machine. `None` in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe_s: Option<f64>,
 }

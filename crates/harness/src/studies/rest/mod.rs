@@ -12,7 +12,7 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
     method: run::method,
-    timing: Some(run::timing),
+    timing: Some(run::TIMING),
     starts: run::starts,
     run: run::run,
     comparable: run::comparable,

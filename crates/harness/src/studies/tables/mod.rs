@@ -5,14 +5,14 @@ pub(crate) mod plates;
 pub(crate) mod run;
 mod words;
 
-use super::Parts;
+use super::{Parts, Timing};
 
 pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     name: "tables",
     question: words::QUESTION,
     builds_on: words::BUILDS_ON,
     method: run::method,
-    timing: Some(run::timing),
+    timing: Some(Timing::of(run::timing)),
     starts: run::starts,
     run: run::run,
     comparable: run::comparable,

@@ -253,6 +253,10 @@ pub struct TimingRow {
     /// Whether this error equals the error in the facts to the last bit. If not, the run is not
     /// ranked.
     pub is_verified: bool,
+    /// Seconds of a fixed loop before or after the samples, whichever is longer; more than
+    /// elsewhere in the file if another program disturbed the machine. `None` in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe_s: Option<f64>,
 }
 
 /// The rows of a scene.

@@ -10,9 +10,10 @@ use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Inside, Runs, Substeps};
 use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, TimingRow};
-use crate::studies::filmed::{LONG_S, REPETITIONS, clock, shoot};
+use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
+use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Context, Measured, Start, prepared};
+use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared};
 pub(super) use long::run as long;
 use scenes::{Case, Setting};
 
@@ -123,15 +124,38 @@ fn common() -> String {
     )
 }
 
+/// The timings of both studies.
+pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
+    method: timing,
+    about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
+    again: Some(again),
+};
+
 /// How the timings are taken.
-pub(super) fn timing() -> String {
+fn timing() -> String {
     format!(
         "One run at a time on one thread: the first {TIMED} frames, or a tenth of the scene if \
          that is more. The median of {REPETITIONS} repetitions counts; a run of more than \
          {LONG_S} s is timed once. The time is the processor time in the calls of the method if \
          the system reports it, else the wall time; other programs disturb processor time less. \
-         Only runs that neither gain energy nor stand still are timed. The time excludes set-up."
+         {} Only runs that neither gain energy nor stand still are timed. The time excludes set-up.",
+        about_probe()
     )
+}
+
+/// Takes the timings of a record anew.
+fn again(
+    context: &Context<'_>,
+    mut facts: Facts,
+    recorded: &Recorded<'_>,
+) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
+    let rows = clock_again(context, recorded, &facts.runs, |scene| {
+        let mut cases = scenes::cases().into_iter().chain(scenes::long());
+        cases.find(|case| case.id() == scene).map(|case| Setting::staged(&case)).transpose()
+    })?;
+    facts.missing.iter_mut().for_each(|missing| missing.not_timed.clear());
+    facts.missing.retain(|missing| !missing.not_run.is_empty());
+    Ok((facts, rows))
 }
 
 /// The systems from which the study's runs start.

@@ -8,7 +8,8 @@ use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::{gershgorin, reference_run};
 use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
-use crate::studies::filmed::{Counters, Stage, samples};
+use crate::studies::clocked::{Taken, samples};
+use crate::studies::filmed::{Counters, LONG_S, Stage};
 use crate::studies::finite;
 use crate::studies::sheet::cut;
 use crate::{HarnessError, system_hash};
@@ -570,6 +571,10 @@ impl Stage for Setting {
     type Run = Run;
     type Row = TimingRow;
 
+    fn hash(&self) -> &str {
+        &self.hash
+    }
+
     fn films(&self) -> Vec<Film> {
         if self.case.has_all_forms { forms() } else { first_forms() }
     }
@@ -581,6 +586,10 @@ impl Stage for Setting {
         }
     }
 
+    fn scene(run: &Run) -> &str {
+        &run.scene
+    }
+
     fn is_timed(run: &Run) -> bool {
         run.is_sound()
     }
@@ -588,7 +597,7 @@ impl Stage for Setting {
     fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
         let frames = TIMED.max(self.case.frames / 10);
-        let (samples_s, seconds) = samples(|| {
+        let Taken { samples_s, seconds, probe_s } = samples(LONG_S, || {
             let runner = Runner::new(&choice, self.camera.span(run.substeps, frames)).processor();
             let outcome = self.in_time(runner).go(&mut self.simulation.clone())?;
             self.check_time(&outcome)?;
@@ -602,6 +611,7 @@ impl Stage for Setting {
             frames: u64::from(frames),
             frame_s: seconds / f64::from(frames),
             samples_s,
+            probe_s: Some(probe_s),
         })
     }
 }

@@ -1,7 +1,8 @@
 use super::scenes::{Case, Setting, cases, long as long_cases};
 use super::{EXPLICIT, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
-use crate::studies::filmed::{REPETITIONS, Stage as _};
+use crate::studies::clocked::REPETITIONS;
+use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Progress};
 use crate::{HarnessError, Journal, Source};
 use drape_report::Verdict;

@@ -6,9 +6,10 @@ mod tests;
 
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
-use crate::studies::filmed::{LONG_S, REPETITIONS, clock, shoot};
+use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
+use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::rest::facts::{Facts, RIGHT, THERE, TimingRow};
-use crate::studies::{Context, Measured, Start, prepared};
+use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared};
 use scenes::Setting;
 
 /// Number of looks at the cloth a second.
@@ -74,14 +75,34 @@ pub(super) fn method() -> String {
     )
 }
 
+pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
+    method: timing,
+    about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
+    again: Some(again),
+};
+
 /// How the timings are taken.
-pub(super) fn timing() -> String {
+fn timing() -> String {
     format!(
         "One run at a time on one thread, from the start until the cloth has arrived. The median \
          of {REPETITIONS} repetitions counts; a run beyond {LONG_S} s is timed once. The time is \
          the processor time in the calls of the method if the system reports it, else the wall \
-         time. Only runs that arrive in a right shape are timed. The time excludes set-up."
+         time. {} Only runs that arrive in a right shape are timed. The time excludes set-up.",
+        about_probe()
     )
+}
+
+/// Takes the timings of a record anew.
+fn again(
+    context: &Context<'_>,
+    facts: Facts,
+    recorded: &Recorded<'_>,
+) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
+    let rows = clock_again(context, recorded, &facts.runs, |scene| {
+        let mut cases = scenes::cases().into_iter();
+        cases.find(|case| case.id() == scene).map(|case| Setting::staged(&case)).transpose()
+    })?;
+    Ok((facts, rows))
 }
 
 /// The systems from which the study's runs start.

@@ -8,7 +8,8 @@ use crate::methods::runs::{Film, Substeps};
 use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::{gershgorin, reference_energy};
 use crate::studies::animation::run::forms;
-use crate::studies::filmed::{Counters, Stage, samples};
+use crate::studies::clocked::{Taken, samples};
+use crate::studies::filmed::{Counters, LONG_S, Stage};
 use crate::studies::finite;
 use crate::studies::rest::facts::{
     Accepted, End, Minimum, Motion, RIGHT, Run, Scene, THERE, TimingRow,
@@ -184,7 +185,15 @@ struct Shown {
 }
 
 impl Setting {
+    /// The scene with its rest shapes.
     pub(super) fn new(case: &Case) -> Result<Self, HarnessError> {
+        let mut setting = Self::staged(case)?;
+        setting.find_shapes(case)?;
+        Ok(setting)
+    }
+
+    /// The scene without its rest shapes and energies. Its runs can be timed, but not judged.
+    pub(super) fn staged(case: &Case) -> Result<Self, HarnessError> {
         let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let simulation = Simulation { system, state };
@@ -198,11 +207,6 @@ impl Setting {
         let camera = Camera { triangles, threads, tracked: Vec::new(), rate, frames, stride: 1 };
         let (bound, damping) = gershgorin(&simulation.system);
         let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
-        let released = reference_energy(&simulation, case.span_s)?;
-        let stores = |name: &str| name != "gravity";
-        let energies = simulation.system.energies(&simulation.state.x);
-        let stored: f64 = energies.filter(|(name, _)| stores(name)).map(|(_, e)| e).sum();
-        let minima = WAVES.map(|waves| minimum(&simulation, waves)).to_vec();
         let scene = Scene {
             id: case.id(),
             particles: simulation.system.len(),
@@ -210,17 +214,28 @@ impl Setting {
             is_priced: matches!(case.table, Table::Square(_)),
             span_s: case.span_s,
             limit_steps: (1.0 / (rate * explicit)).ceil() as u32,
-            released_j: released,
-            prestress: stored / released,
-            minima,
+            released_j: 0.0,
+            prestress: 0.0,
+            minima: Vec::new(),
             motions: Vec::new(),
             accepted: Vec::new(),
             portable: true,
         };
-        let mut setting = Self { scene, hash: system_hash(&spec), simulation, camera };
-        setting.scene.motions = setting.motions()?;
-        setting.accept();
-        Ok(setting)
+        Ok(Self { scene, hash: system_hash(&spec), simulation, camera })
+    }
+
+    /// Computes the energies of the scene, its rest shapes and its true motions.
+    fn find_shapes(&mut self, case: &Case) -> Result<(), HarnessError> {
+        let released = reference_energy(&self.simulation, case.span_s)?;
+        let stores = |name: &str| name != "gravity";
+        let energies = self.simulation.system.energies(&self.simulation.state.x);
+        let stored: f64 = energies.filter(|(name, _)| stores(name)).map(|(_, e)| e).sum();
+        self.scene.released_j = released;
+        self.scene.prestress = stored / released;
+        self.scene.minima = WAVES.map(|waves| minimum(&self.simulation, waves)).to_vec();
+        self.scene.motions = self.motions()?;
+        self.accept();
+        Ok(())
     }
 
     /// The true motions. Noise far below any error of a method shows whether another fold is as
@@ -452,6 +467,10 @@ impl Stage for Setting {
     type Run = Run;
     type Row = TimingRow;
 
+    fn hash(&self) -> &str {
+        &self.hash
+    }
+
     fn films(&self) -> Vec<Film> {
         forms()
     }
@@ -485,6 +504,10 @@ impl Stage for Setting {
         }
     }
 
+    fn scene(run: &Run) -> &str {
+        &run.scene
+    }
+
     fn is_timed(run: &Run) -> bool {
         run.is_right()
     }
@@ -493,7 +516,7 @@ impl Stage for Setting {
         let choice = Choice::parse(&run.method, &[])?;
         let looks = run.arrival_s.unwrap_or(self.scene.span_s) * f64::from(LOOKS_PER_S);
         let time = self.camera.span(run.steps, looks.round() as u32);
-        let (samples_s, seconds) = samples(|| {
+        let Taken { samples_s, seconds, probe_s } = samples(LONG_S, || {
             let runner = Runner::new(&choice, time).processor();
             Ok(runner.go(&mut self.simulation.clone())?.seconds())
         })?;
@@ -503,6 +526,7 @@ impl Stage for Setting {
             steps: run.steps,
             samples_s,
             seconds,
+            probe_s: Some(probe_s),
         })
     }
 }

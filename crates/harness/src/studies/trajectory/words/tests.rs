@@ -141,7 +141,8 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
 fn the_budget_of_a_run_is_told_and_has_room_for_all_ties() {
     let mut known = facts(&[(1e4, 0.1, 1e-4, true, 3.0), (1e6, 0.1, 1e-4, true, 3.0)]);
     (known.winners[0].modelled_s, known.winners[1].modelled_s) = (Some(0.02), Some(0.01));
-    let told = "A run may take 0.05 s of modelled time, and the slowest winner takes 0.020 s";
+    let told =
+        "Every run has at least 0.05 s of modelled time, and the slowest winner takes 0.020 s";
     assert!(words(&known).caveats.iter().any(|text| text.starts_with(told)), "{known:?}");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/trajectory.json").as_ref();
     let committed: Record<Facts> = drape_report::file::read_json(path).expect("a record");

@@ -12,8 +12,9 @@ pub(in crate::studies) mod variants;
 use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::stability::STABLE;
+use crate::studies::clocked::disturbance;
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
-use crate::studies::{Context, Measured, Start, prepared, taken};
+use crate::studies::{Context, Measured, Start, Timing, prepared, taken};
 use front::LEVELS;
 use scenes::{Setting, cases};
 use serde_json::json;
@@ -24,10 +25,11 @@ const QUICK: f64 = 8e6;
 /// A run with a larger error does not follow the motion: its error is recorded, but not compared.
 pub(in crate::studies) const FOLLOWING: f64 = 0.5;
 
-/// How the timings are taken.
-pub(super) fn timing() -> String {
-    timing::METHOD.to_owned()
-}
+/// The timings.
+pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
+    about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
+    ..Timing::of(timing::method)
+};
 
 /// How the facts are measured.
 pub(super) fn method() -> String {

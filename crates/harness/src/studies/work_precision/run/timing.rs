@@ -4,11 +4,16 @@ use super::runs::Timed;
 use super::scenes::Setting;
 use super::variants::{VARIANTS, Variant};
 use crate::HarnessError;
+use crate::studies::clocked::{Taken, about_probe, samples};
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
 use crate::studies::{Context, timed};
-use drape_report::number::median_s;
 
-pub(super) const METHOD: &str = "\
+/// How the timings are taken.
+pub(super) fn method() -> String {
+    format!("{METHOD} {}", about_probe())
+}
+
+const METHOD: &str = "\
     One run at a time on one thread. The time includes set-up and all steps, but not the work of \
     the harness between steps; for `dop853` it is the whole call of the library. Seconds are the \
     median of three repetitions; a run beyond 0.3 s is timed once. The study times the lightly \
@@ -16,9 +21,8 @@ pub(super) const METHOD: &str = "\
     finest sheet of the same cloth. Of every form it times the quick runs and the runs that are \
     close to a front. A run is ranked only if it repeats the recorded error to the last bit.";
 
-/// A run that takes longer than this is timed once, ns.
-const LONG_NS: u64 = 300_000_000;
-const REPETITIONS: usize = 3;
+/// A run that takes longer than this is timed once, s.
+const LONG_S: f64 = 0.3;
 /// All runs up to this effort, in visits of a spring, are timed: the prices of work rest on them.
 const QUICK: f64 = 1e7;
 /// A run of more effort is timed if its modelled time is at most this many times the least for its
@@ -57,20 +61,19 @@ fn is_timed(setting: &Setting) -> bool {
 fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, HarnessError> {
     // Only the positions at the end are compared: nothing watches a run that is timed.
     let setting = &Setting { truth: None, ..setting.clone() };
-    let mut samples_ns = Vec::new();
     let mut last = None;
-    while samples_ns.len() < REPETITIONS && samples_ns.first().is_none_or(|first| *first < LONG_NS)
-    {
+    let Taken { samples_s, seconds, probe_s } = samples(LONG_S, || {
         let Timed { run, nanoseconds } = setting.run(variant, fact.value)?;
-        samples_ns.push(nanoseconds);
         last = run.error;
-    }
+        Ok(1e-9 * nanoseconds as f64)
+    })?;
     Ok(TimingRow {
         scene: setting.scene.id.clone(),
         label: variant.label.to_owned(),
         value: fact.value,
-        seconds: median_s(&samples_ns),
-        samples_ns,
+        seconds,
+        samples_ns: samples_s.iter().map(|seconds| (1e9 * seconds).round() as u64).collect(),
+        probe_s: Some(probe_s),
         error: last.unwrap_or(f64::MAX),
         is_verified: last.map(f64::to_bits) == fact.error.map(f64::to_bits),
     })
