@@ -161,15 +161,31 @@ impl Extremes {
     }
 }
 
-/// A warning where a run that did not diverge gained energy; `None` where it gained none. Where
-/// pins, obstacles or wind do work, `balance` subtracts that work.
+/// A rise of the energy beyond what came in and what is allowed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rise {
+    /// What rose, how much and why, in a sentence.
+    pub told: String,
+    /// Whether the run gained this energy. If not, the work that came in is not known well enough.
+    pub is_sure: bool,
+}
+
+impl Rise {
+    /// The sentence if the rise is sure, since only then it is a warning.
+    pub fn warning(self) -> Option<String> {
+        self.is_sure.then_some(self.told)
+    }
+}
+
+/// The rise of the energy of a run that did not diverge; `None` where it gained none. Where pins,
+/// obstacles or wind do work, `balance` subtracts that work.
 pub fn energy_gain(
     Extremes { start, top, kinetic }: Extremes,
     choice: &Choice,
     rule: Rule,
     known: Start,
     balance: Option<&WorkBalance>,
-) -> Option<String> {
+) -> Option<Rise> {
     let allowed = match rule {
         Rule::Dissipative => RISE[0],
         Rule::Symplectic => RISE[1],
@@ -189,17 +205,27 @@ pub fn energy_gain(
              or the step is too long for {id}"
         ),
     };
-    let (rise, beside) = match balance {
-        None => (top - start, ""),
-        Some(balance) => (balance.excess()?, " and the work of pins, obstacles and wind"),
+    let (rise, sure, beside) = match balance {
+        None => (top - start, top - start, ""),
+        Some(balance) => {
+            (balance.excess()?, balance.sure_excess()?, " and the work of pins, obstacles and wind")
+        }
     };
-    let rose = rise > allowed * kinetic + known.round_off;
-    rose.then(|| {
-        format!(
+    let allowed = allowed * kinetic + known.round_off;
+    let is_sure = sure > allowed;
+    let why = if is_sure {
+        cause
+    } else {
+        "within a step the forces change so much that this work is not known as well as that; \
+         shorter steps show whether energy is gained"
+            .to_owned()
+    };
+    (rise > allowed).then(|| Rise {
+        told: format!(
             "the total energy rose by {rise:.3e} J above its start{beside}; \
-             the greatest kinetic energy is {:.3e} J: {cause}",
-            kinetic
-        )
+             the greatest kinetic energy is {kinetic:.3e} J: {why}"
+        ),
+        is_sure,
     })
 }
 
@@ -244,24 +270,24 @@ impl Judge {
         self.check.look(moment);
     }
 
-    /// A warning where a run that recorded its series gained energy; `None` where it gained none.
+    /// The rise of the energy of a run that recorded its series; `None` where it gained none.
     pub fn gain(
         &self,
         simulation: &OrderedSimulation,
         choice: &Choice,
         outcome: &Outcome,
-    ) -> Option<String> {
+    ) -> Option<Rise> {
         let balance = self.balance.as_ref();
         let extremes = Extremes::of(&outcome.series).filter(|_| outcome.divergence.is_none())?;
         energy_gain(extremes, choice, simulation.rule(), self.start, balance)
     }
 
-    /// The verdict on a run with this [gain](Self::gain).
+    /// The verdict on a run whose energy [rose](Self::gain) so.
     pub fn verdict(
         &self,
         simulation: &OrderedSimulation,
         outcome: &Outcome,
-        gain: Option<&str>,
+        gain: Option<&Rise>,
     ) -> Judgement {
         let is_judged = self.balance.as_ref().is_none_or(|balance| balance.excess().is_some());
         let is_whole = outcome.divergence.is_none();
@@ -270,12 +296,12 @@ impl Judge {
     }
 }
 
-/// The verdict on a run. `gain` is the warning about a gain of energy, and `is_judged` says whether
-/// a gain would have been seen. `kept` is the share of the motion that the run kept, unless it
+/// The verdict on a run. `gain` is the rise of its energy, and `is_judged` says whether one would
+/// have been seen. `kept` is the share of the motion that the run kept, unless it
 /// diverged; `spin_share` is its share of the [spin](MotionCheck::spin_share).
 pub fn judge(
     outcome: &Outcome,
-    gain: Option<&str>,
+    gain: Option<&Rise>,
     is_judged: bool,
     (kept, spin_share): (Option<Kept>, Option<f64>),
     expected: &Expected,
@@ -288,7 +314,10 @@ pub fn judge(
         (Some(divergence), ..) => {
             (Judged::Diverged, format!("at step {}: {}", divergence.step, divergence.criterion))
         }
-        (_, Some(gain), _) => (Judged::GainedEnergy, gain.to_owned()),
+        (_, Some(gain), _) => {
+            let kind = if gain.is_sure { Judged::GainedEnergy } else { Judged::Unknown };
+            (kind, gain.told.clone())
+        }
         (None, None, _) if outcome.is_over_budget => {
             let why = format!("interrupted after {} steps, so it was not measured", outcome.steps);
             (Judged::Unknown, format!("{why}; {}", expected.told()))

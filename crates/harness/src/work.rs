@@ -17,6 +17,8 @@
 //!
 //! Other methods take `f` somewhere between the start and the end of the step. So the balance keeps
 //! two sums, with the forces at the start and at the end of the steps, and the greater sum counts.
+//! Where forces change much within a step, neither sum is the work. A rise is sure only above a
+//! third sum, which takes in every step the forces that do more work.
 
 use crate::run::Moment;
 #[cfg(doc)]
@@ -34,8 +36,12 @@ pub struct WorkBalance {
     next: Forces,
     /// Work so far by the forces at the start and at the end of the steps, J.
     work: [f64; 2],
+    /// Work so far, in every step by those forces which do more, J.
+    most: f64,
     /// Greatest rise above the energy at the start plus the work so far, J.
     excess: f64,
+    /// Greatest rise above the energy at the start plus `most`, J.
+    sure: f64,
     /// Whether a step has moved particles by other means than forces.
     is_corrected: bool,
 }
@@ -90,7 +96,9 @@ impl WorkBalance {
             last,
             next: Forces::new(n),
             work: [0.0; 2],
+            most: 0.0,
             excess: 0.0,
+            sure: 0.0,
             is_corrected: false,
         }
     }
@@ -111,10 +119,13 @@ impl WorkBalance {
         });
         self.work[0] += work[0];
         self.work[1] += work[1];
+        self.most += work[0].max(work[1]);
         std::mem::swap(last, next);
         before.copy_from(state);
         let came_in = self.work[0].max(self.work[1]);
-        self.excess = self.excess.max(total(system, state) - self.start - came_in);
+        let rise = total(system, state) - self.start;
+        self.excess = self.excess.max(rise - came_in);
+        self.sure = self.sure.max(rise - self.most);
     }
 
     /// Greatest rise of the total energy above its start plus the work so far, J. `None` where a
@@ -122,6 +133,11 @@ impl WorkBalance {
     /// pin is work that no force shows.
     pub fn excess(&self) -> Option<f64> {
         (!self.is_corrected).then_some(self.excess)
+    }
+
+    /// The part of the [`excess`](Self::excess) that no change of forces within steps explains, J.
+    pub fn sure_excess(&self) -> Option<f64> {
+        (!self.is_corrected).then_some(self.sure)
     }
 }
 

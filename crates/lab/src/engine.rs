@@ -308,8 +308,7 @@ impl Worker {
         let is_judged = balance.as_ref().is_none_or(|balance| balance.excess().is_some());
         let kept = (!has_diverged).then(|| simulation.kept(check, outcome.effort));
         let kept = (kept, check.spin_share());
-        let judgement =
-            judgement::judge(outcome, gain.as_deref(), is_judged, kept, &sight.expected);
+        let judgement = judgement::judge(outcome, gain.as_ref(), is_judged, kept, &sight.expected);
         let mut last = sight.snapshot(simulation.moving(), outcome.steps, 0, outcome.wall);
         last.opinion = Some(sight.final_opinion(judgement));
         let phase = if has_diverged { Phase::Diverged } else { Phase::Ended };
@@ -448,7 +447,7 @@ impl Sight {
             .and_then(|extremes| energy_gain(extremes, choice, self.rule, self.start, None));
         let share = self.expected.share();
         let (kind, reason) = match (gain, share) {
-            (Some(gain), _) => (Judged::GainedEnergy, gain),
+            (Some(gain), _) => (Judged::GainedEnergy, gain.told),
             (None, Some(share)) if share < LOCKED => {
                 let share = judgement::percent(share);
                 (Judged::Locked, format!("theory expects it to keep {share} of the motion"))

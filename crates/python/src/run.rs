@@ -3,7 +3,7 @@
 use crate::error;
 use crate::interrupt::Signals;
 use crate::scene::{Scene, rows};
-use drape_harness::judgement::Judge;
+use drape_harness::judgement::{Judge, Rise};
 use drape_harness::methods::Choice;
 use drape_harness::record::{Ending, Run as Record};
 use drape_harness::{HarnessError, Moment, OrderedSimulation, Team, time_span};
@@ -115,9 +115,9 @@ fn simulate(asked: &Asked<'_>, signals: &Signals) -> Result<Done, HarnessError> 
         })
     })?;
     let gain = judge.gain(&simulation, choice, &outcome);
-    let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_deref()));
+    let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_ref()));
     let record = Record::of(spec, choice, time, (&outcome, verdict), &simulation.state());
-    warnings.extend(gain);
+    warnings.extend(gain.and_then(Rise::warning));
     Ok(Done { record, warnings, times, positions })
 }
 

@@ -11,7 +11,7 @@ use crate::cli::output::{Sink, print};
 use crate::cli::progress::bar;
 use clap::builder::TypedValueParser as _;
 use drape_harness::auto;
-use drape_harness::judgement::Judge;
+use drape_harness::judgement::{Judge, Rise};
 use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Run, Sample};
 use drape_harness::{HarnessError, Moment, OrderedSimulation, Passage, Peak, Team, time_span};
@@ -160,7 +160,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let gain = judge.gain(&simulation, &choice, &outcome);
-    let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_deref()));
+    let verdict = team.run(|| judge.verdict(&simulation, &outcome, gain.as_ref()));
     let record = Run::of(spec, &choice, time, (&outcome, verdict), &simulation.state());
     if let Some(sink) = &sink {
         if form == Some(Form::Csv) {
@@ -200,6 +200,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
     }
+    let gain = gain.and_then(Rise::warning);
     for warning in gain.into_iter().chain(tunnels.first().map(tunnel_warning)) {
         tell!("drape: warning: {warning}");
     }
