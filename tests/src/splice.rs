@@ -7,6 +7,7 @@ use drape_harness::claims::{Standing, standing};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
 use drape_harness::studies::regret::facts as regret;
+use drape_harness::studies::rest::facts as rest;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
 use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, Use, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
@@ -126,6 +127,8 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
                 &rows(results, "work-precision", "/facts/rows")?,
             ),
         ),
+        ("rest-modelled", rest_modelled(results)?),
+        ("over-model", over_model(&uses::timings::<regret::TimingRow>(results, "regret")?)?),
         ("uses", uses(results)?),
         ("uses-short", uses_in_short(results)?),
     ]))
@@ -150,6 +153,42 @@ fn regret(rows: &[regret::TimingRow]) -> Result<[String; 2], String> {
         format!("{} of {}", tally.met, tally.measured()),
         format!("{middle:.2} times the best form's time in the median, {worst:.2} at most"),
     ])
+}
+
+/// How far modelled times lie from measured ones on the tables of `rest` whose runs have prices.
+fn rest_modelled(results: &Path) -> Result<String, String> {
+    let facts: rest::Facts = uses::facts(results, "rest")?;
+    let timings: Vec<rest::TimingRow> = uses::timings(results, "rest")?;
+    let ratio = |row: &rest::TimingRow| {
+        let is_its = |run: &&rest::Run| {
+            (&run.scene, &run.label, run.steps) == (&row.scene, &row.label, row.steps)
+        };
+        Some(facts.runs.iter().find(is_its)?.modelled_s? / row.seconds)
+    };
+    let ratios: Vec<f64> = timings.iter().filter_map(ratio).collect();
+    let least = ratios.iter().copied().reduce(f64::min).ok_or("rest: no run has a price")?;
+    let most = ratios.iter().copied().fold(0.0, f64::max);
+    let middle = median(ratios.iter().copied()).unwrap_or(most);
+    let within = ratios.iter().filter(|ratio| (0.75..=1.25).contains(*ratio)).count();
+    Ok(format!(
+        "{least:.2} to {most:.2} times the measured ones (median {middle:.2}); {within} of the {} \
+         timed runs lie within 25 %",
+        ratios.len()
+    ))
+}
+
+/// Measured over modelled times on the scenes of `regret`: the range without the largest, and the
+/// largest with its scene.
+fn over_model(rows: &[regret::TimingRow]) -> Result<String, String> {
+    let mut ratios: Vec<(f64, &str)> =
+        rows.iter().filter_map(|row| Some((row.over_model?, row.scene.as_str()))).collect();
+    ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match &ratios[..] {
+        [(least, _), .., (most, _), (last, scene)] => Ok(format!(
+            "{least:.2} to {most:.2} times the modelled ones, and {last:.2} times on `{scene}`"
+        )),
+        _ => Err("regret: fewer than three runs were timed beside the model".to_owned()),
+    }
 }
 
 /// Who leads for an error of [`LEVEL`] at which stiffness, with how many ties.

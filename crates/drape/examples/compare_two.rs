@@ -1,7 +1,7 @@
 //! Two methods move the same stiff sheet with the same step. Which costs less, which keeps more?
 //!
-//! `cargo run --example compare_two` prints a table. IMEX Euler solves one linear system per step;
-//! the cloth hardly moves. Updated CG takes more iterations and keeps the motion.
+//! `cargo run --release --example compare_two` prints a table. IMEX Euler solves one linear system
+//! per step; the cloth hardly moves. Updated CG takes more iterations and keeps the motion.
 
 #![allow(clippy::print_stdout, reason = "an example shows its numbers")]
 

@@ -1,6 +1,7 @@
 //! A sheet hangs by two corners and swings down for a second.
 //!
-//! `cargo run --example hang_a_sheet` prints how far it has fallen and what energy it has left.
+//! `cargo run --release --example hang_a_sheet` prints how far it has fallen and what energy it has
+//! left.
 
 #![allow(clippy::print_stdout, reason = "an example shows its numbers")]
 

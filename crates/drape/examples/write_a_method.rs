@@ -1,5 +1,5 @@
 //! A time integrator of your own, with every command and every study of drape: implicit midpoint.
-//! `cargo run --example write_a_method -- run hanging-textile-1e6 --method my-midpoint --dt 0.01`
+//! `cargo run --release --example write_a_method -- run hanging-textile-1e6 --method my-midpoint --dt 0.01`
 
 use drape::integrator::*;
 use drape::model::{State, System, Vec3};

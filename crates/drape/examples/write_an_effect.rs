@@ -1,6 +1,6 @@
 //! A force of your own: a magnet that pulls every particle.
 //!
-//! `cargo run --example write_an_effect` hangs a sheet with and without it.
+//! `cargo run --release --example write_an_effect` hangs a sheet with and without it.
 
 #![allow(clippy::print_stdout, reason = "an example shows its numbers")]
 

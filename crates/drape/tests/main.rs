@@ -14,4 +14,5 @@ mod shards;
 mod starts;
 mod sweep;
 mod tables;
+mod timings;
 mod view;

@@ -12,9 +12,6 @@ use std::time::Instant;
 const SHARED: usize = 2 << 20;
 /// Numbers in the smaller array, which stays next to the core.
 const OWN: usize = 2 << 10;
-/// Probes of which the first call takes the fastest, since the first ones find cold caches.
-const WARM: usize = 5;
-
 /// The array from which both loops read.
 fn numbers() -> &'static [f64] {
     static NUMBERS: OnceLock<Vec<f64>> = OnceLock::new();
@@ -42,8 +39,8 @@ fn read() {
 /// Seconds of the thread in a fixed loop of a few milliseconds, half of whose reads go beyond the
 /// core's own cache. Processor time if the system reports it, else wall time.
 pub(crate) fn probe_s() -> f64 {
-    static IS_WARM: OnceLock<()> = OnceLock::new();
-    IS_WARM.get_or_init(|| (0..WARM).for_each(|_| read()));
+    // The run before has filled the caches with its own numbers.
+    read();
     let (before, begin) = (spent(), Instant::now());
     read();
     let wall = begin.elapsed();

@@ -1,11 +1,16 @@
 //! Fits the prices of counted work to the timings of the study `work-precision`, and writes them
 //! and the timed runs into the source: `cargo run --release -p drape-tests --bin prices [RESULTS]`.
+//! The record of the study in RESULTS gets the modelled times, fronts and winners by these prices.
 //!
-//! Afterwards the study runs again, with the new prices in its facts.
+//! Then `trajectory`, `rest`, `regret` and `claims` run again: they are priced while they run.
 
 use drape_harness::cost::Counted;
 use drape_harness::cost::fit::{Sample, Samples};
-use drape_report::tell;
+use drape_harness::studies::find;
+use drape_harness::studies::work_precision::facts::Facts;
+use drape_harness::studies::work_precision::repriced;
+use drape_report::file::{read_json, write_json};
+use drape_report::{Record, tell};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -30,6 +35,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(FOLDER);
     std::fs::write(folder.join("samples.json"), serde_json::to_string(&samples)? + "\n")?;
     std::fs::write(folder.join("prices.json"), serde_json::to_string_pretty(&prices)? + "\n")?;
+    let path = results.join("work-precision.json");
+    let mut record: Record<Facts> = read_json(&path)?;
+    record.facts = repriced(record.facts, &prices);
+    write_json(&path, &record)?;
+    find("work-precision")?.reword(&results)?;
     Ok(())
 }
 

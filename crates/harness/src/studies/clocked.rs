@@ -9,10 +9,12 @@ use std::sync::{Mutex, PoisonError};
 /// Number of repetitions of a timed run.
 pub(super) const REPETITIONS: usize = 3;
 
-/// A timing beside which the probe took longer than this, over the least time of a probe so far, was
-/// disturbed. It is taken again, up to so many times in all.
-const DISTURBED: f64 = 1.2;
+/// A timing beside which the probe took longer than this, over its usual time, was disturbed. It is
+/// taken again, up to so many times in all.
+const DISTURBED: f64 = 1.3;
 const TRIES: usize = 4;
+/// Number of probes whose median is taken for the usual time.
+const USUAL: usize = 8;
 
 /// The times of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,29 +33,29 @@ pub(super) fn samples(
     long_s: f64,
     mut once: impl FnMut() -> Result<f64, HarnessError>,
 ) -> Result<Taken, HarnessError> {
-    static LEAST: Mutex<f64> = Mutex::new(f64::INFINITY);
-    let mut least = LEAST.lock().unwrap_or_else(PoisonError::into_inner);
-    undisturbed(|| repeated(long_s, &mut once), probe_s, &mut least)
+    static PROBES: Mutex<Vec<f64>> = Mutex::new(Vec::new());
+    let mut probes = PROBES.lock().unwrap_or_else(PoisonError::into_inner);
+    undisturbed(|| repeated(long_s, &mut once), probe_s, &mut probes)
 }
 
-/// As [`samples`], with the repetitions, a probe, and the least time of the probe so far.
+/// As [`samples`], with the repetitions, a probe, and the times of the probe so far.
 fn undisturbed(
     mut repeated: impl FnMut() -> Result<Vec<f64>, HarnessError>,
     mut probe: impl FnMut() -> f64,
-    least: &mut f64,
+    probes: &mut Vec<f64>,
 ) -> Result<Taken, HarnessError> {
     let mut best: Option<Taken> = None;
     for _ in 0..TRIES {
         let before = probe();
         let samples_s = repeated()?;
-        let after = probe();
-        *least = before.min(after).min(*least);
-        let probe_s = before.max(after);
+        let probe_s = before.max(probe());
+        probes.push(probe_s);
         if best.as_ref().is_none_or(|best| probe_s < best.probe_s) {
             let seconds = median(samples_s.iter().copied()).unwrap_or(0.0);
             best = Some(Taken { samples_s, seconds, probe_s });
         }
-        if probe_s <= DISTURBED * *least {
+        let usual = median(probes.iter().copied()).filter(|_| probes.len() >= USUAL);
+        if usual.is_none_or(|usual| probe_s <= DISTURBED * usual) {
             break;
         }
     }
@@ -76,9 +78,9 @@ fn repeated(
 pub(super) fn about_probe() -> String {
     format!(
         "A fixed loop of a few milliseconds is timed before and after each run. If it takes more \
-         than {DISTURBED} times its least time so far, another program disturbs the machine, and \
-         the run is timed again, at most {TRIES} times in all; the timing beside the fastest loop \
-         counts."
+         than {DISTURBED} times its usual time, the median so far, another program disturbs the \
+         machine, and the run is timed again, at most {TRIES} times in all; the timing beside the \
+         fastest loop counts."
     )
 }
 
@@ -88,12 +90,12 @@ pub(super) fn disturbance(probes_s: impl Iterator<Item = Option<f64>>) -> Option
     let probes: Vec<f64> = probes_s.flatten().collect();
     let least = probes.iter().copied().reduce(f64::min)?;
     let most = probes.iter().copied().fold(0.0, f64::max);
-    let disturbed = probes.iter().filter(|&&probe| probe > DISTURBED * least).count();
+    let middle = median(probes.iter().copied())?;
     Some(format!(
-        "Beside the timings that count, the loop took up to {} times its least time, and more than \
-         {DISTURBED} times beside {disturbed} of {}.",
-        significant(most / least, 3),
-        probes.len()
+        "Beside the timings that count, the loop took {} times its least time in the median, and \
+         {} times at most; 1 is a quiet machine.",
+        significant(middle / least, 3),
+        significant(most / least, 3)
     ))
 }
 
@@ -113,25 +115,27 @@ mod tests {
 
     #[test]
     fn a_disturbed_run_is_timed_again_and_the_quietest_timing_counts() {
-        let time = |probes: &[f64], least: &mut f64| {
+        let time = |probes: &[f64], known: &mut Vec<f64>| {
             let (mut runs, mut probes) = (0.0, probes.iter().copied());
             let once = || {
                 runs += 1.0;
                 Ok(vec![runs])
             };
-            let taken = undisturbed(once, || probes.next().expect("a probe"), least);
+            let taken = undisturbed(once, || probes.next().expect("a probe"), known);
             let Taken { seconds, probe_s, .. } = taken.expect("samples");
             (seconds, probe_s)
         };
+        // Nothing is usual yet.
+        assert_eq!(time(&[1.0, 9.0], &mut vec![1.0]), (1.0, 9.0));
+        let mut known = vec![1.0; 20];
         // The second timing is quiet.
-        let mut least = 1.0;
-        assert_eq!(time(&[1.0, 2.0, 1.1, 1.0], &mut least), (2.0, 1.1));
+        assert_eq!(time(&[1.0, 2.0, 1.1, 1.0], &mut known), (2.0, 1.1));
         // None is quiet: the third of four is the least disturbed.
         let probes = [1.9, 1.8, 1.7, 1.8, 1.5, 1.4, 1.6, 1.5];
-        assert_eq!(time(&probes, &mut least), (3.0, 1.5));
-        // A faster probe than all before is the new measure.
-        assert_eq!(time(&[0.8, 0.9, 0.7, 0.8], &mut least), (1.0, 0.9));
-        assert_eq!(least, 0.8);
+        assert_eq!(time(&probes, &mut known), (3.0, 1.5));
+        // What lasts becomes usual.
+        known.extend([2.0; 30]);
+        assert_eq!(time(&[2.0, 2.1], &mut known), (1.0, 2.1));
     }
 
     #[test]
@@ -139,6 +143,6 @@ mod tests {
         assert_eq!(disturbance([None, None].into_iter()), None);
         let said = disturbance([Some(1.0), None, Some(1.1), Some(1.55)].into_iter());
         let said = said.expect("a sentence");
-        assert!(said.contains("up to 1.55 times") && said.contains("beside 1 of 3."), "{said}");
+        assert!(said.contains("took 1.10 times") && said.contains("and 1.55 times at"), "{said}");
     }
 }

@@ -62,7 +62,11 @@ pub(super) fn winner(name: &str, is_explicit: bool, ties: &[&str], next: Option<
         return told(Shade::Tie, &format!("{name} =\n{second}{more}"));
     }
     let shade = if is_explicit { Shade::Open } else { Shade::Fair };
-    let margin = next.map_or_else(String::new, |next| format!(" ×{}", significant(next, 2)));
+    let margin = next.map_or_else(String::new, |next| {
+        // Two digits could show a lead that looks like a tie.
+        let digits = if next < 2.0 { 3 } else { 2 };
+        format!(" ×{}", significant(next, digits))
+    });
     told(shade, &format!("{name}{margin}"))
 }
 

@@ -1,7 +1,6 @@
 //! Which method to take for what: the five uses on the first page, each answered from records.
 
-use super::{animation, names, regret, rest, scaling, trajectory};
-use crate::compare::Options;
+use super::{animation, regret, rest, scaling, trajectory};
 use drape_report::file::read_json;
 use drape_report::number::significant;
 use drape_report::page::{Table, texts};
@@ -35,7 +34,7 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let rest = at_rest(results)?;
     let answers = [
         ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz", "curtain")?),
-        ("a skirt in a game at 60 frames a second", of_frames(results, "on a ball", "skirt")?),
+        ("a skirt in a game at 60 frames a second", of_skirt(results)?),
         ("a drape test for a textile laboratory", laid(rest.as_ref())),
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, rest.as_ref())?),
@@ -50,9 +49,11 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
 /// A message if timings cannot be read.
 pub fn measured_on(results: &Path) -> Result<String, String> {
     let mut processors = vec![processor(results, "animation")?];
-    let other = processor(results, "rest")?;
-    if !processors.contains(&other) {
-        processors.push(other);
+    for study in ["animation-long", "rest"] {
+        let other = processor(results, study)?;
+        if !processors.contains(&other) {
+            processors.push(other);
+        }
     }
     Ok(format!("measured on (times: {})", processors.join("; ")))
 }
@@ -149,29 +150,78 @@ fn ties(what: &str, labels: &[String]) -> String {
     if labels.is_empty() { String::new() } else { format!("; {what}: {}", labels.join(", ")) }
 }
 
+/// The good runs on a scene of a study of films, each the fastest of its method, fastest first.
+struct Frames {
+    scene: animation::facts::Scene,
+    /// All runs on the scene.
+    runs: Vec<animation::facts::Run>,
+    /// The good ones, each with the time of a frame, s.
+    least: Vec<(animation::facts::Run, f64)>,
+}
+
+impl Frames {
+    /// On the scene of the study whose name contains `part`.
+    fn of(results: &Path, study: &str, part: &str) -> Result<Self, String> {
+        use animation::facts::{Facts, Run, TimingRow};
+        let Facts { scenes, mut runs, .. } = facts(results, study)?;
+        let scene = scenes.into_iter().find(|scene| scene.id.contains(part)).ok_or_else(|| {
+            let record = results.join(study).with_extension("json");
+            let record = record.display();
+            format!("{record} has no scene whose id contains `{part}`; run `drape reproduce`")
+        })?;
+        let timings: Vec<TimingRow> = timings(results, study)?;
+        let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
+        runs.retain(|run| run.scene == scene.id);
+        let mut least: Vec<(Run, f64)> = Vec::new();
+        let good = runs.iter().filter(|run| run.is_good(&scene));
+        for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
+            match least.iter_mut().find(|(other, _)| method(&other.label) == method(&run.label)) {
+                Some(known) if known.1 <= time => {}
+                Some(known) => *known = (run.clone(), time),
+                None => least.push((run.clone(), time)),
+            }
+        }
+        least.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(Self { scene, runs, least })
+    }
+
+    /// The methods that tie with the fastest, for a text.
+    fn near(&self) -> Vec<String> {
+        let [(_, time), others @ ..] = &self.least[..] else { return Vec::new() };
+        let near = others.iter().take_while(|(_, other)| *other <= animation::facts::TIE * time);
+        near.map(|(run, _)| format!("`{}`", method(&run.label))).collect()
+    }
+}
+
+/// The answer for frames on a ball. Where cloth stays there for seconds, the long study answers.
+fn of_skirt(results: &Path) -> Result<Answer, String> {
+    const PLACE: &str = "on a ball";
+    let [mut take, mut measured, mut why] = of_frames(results, PLACE, "skirt")?;
+    let short = Frames::of(results, "animation", PLACE)?;
+    let long = Frames::of(results, "animation-long", PLACE)?;
+    let Some((run, time)) = long.least.first() else { return Ok([take, measured, why]) };
+    let calls = run.calls(&long.scene);
+    let near = ties("tie", &long.near());
+    take += &format!("; for seconds of contact: `{}`, {calls} a frame{near}", method(&run.label));
+    measured += &format!("; the same ball for {:.0} s", long.scene.span_s);
+    why += &format!(". `animation-long`, {}: {:.1} ms a frame", long.scene.id, 1e3 * time);
+    let same = short.least.first().and_then(|(first, _)| {
+        let form = |run: &animation::facts::Run| (run.label.clone(), run.substeps, run.inside);
+        long.runs.iter().find(|run| form(run) == form(first))
+    });
+    if let Some(run) = same {
+        let (calls, form) = (run.calls(&long.scene), method(&run.label));
+        why += &format!("; there `{form}` with {calls} a frame is {}", run.verdict);
+    }
+    Ok([take, measured, why])
+}
+
 /// The fastest good method, and its ties, on the scene of `animation` whose name contains `part`.
 /// The reason adds what a comparison advises for the bundled scene of the use.
 fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String> {
-    use animation::facts::{Facts, GOOD, Run, TIE, TimingRow};
-    let facts: Facts = facts(results, "animation")?;
-    let has_part = |scene: &&animation::facts::Scene| scene.id.contains(part);
-    let scene = facts.scenes.iter().find(has_part).ok_or_else(|| {
-        let record = results.join("animation.json");
-        let record = record.display();
-        format!("{record} has no scene whose id contains `{part}`; run `drape reproduce`")
-    })?;
-    let timings: Vec<TimingRow> = timings(results, "animation")?;
-    let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
-    let mut least: Vec<(&Run, f64)> = Vec::new();
-    let good = facts.runs.iter().filter(|run| run.scene == scene.id && run.is_good(scene));
-    for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
-        match least.iter_mut().find(|(other, _)| method(&other.label) == method(&run.label)) {
-            Some(known) if known.1 <= time => {}
-            Some(known) => *known = (run, time),
-            None => least.push((run, time)),
-        }
-    }
-    least.sort_by(|a, b| a.1.total_cmp(&b.1));
+    use animation::facts::GOOD;
+    let frames = Frames::of(results, "animation", part)?;
+    let Frames { scene, least, .. } = &frames;
     let place = match scene.id.split(',').next().unwrap_or_default() {
         "led" => format!("{} particles, one edge moved to and fro", scene.particles),
         place => format!("{} particles {place}", scene.particles),
@@ -180,27 +230,25 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
     let advice = advised(results, bundled)?;
     let measured = format!(
-        "{place}, within {:.0} mm{noise} (limit of `symplectic-euler`: {} ms){}",
+        "{place}, within {:.0} mm{noise}{}",
         1e3 * scene.good_m(),
-        step_of_frame_ms(f64::from(scene.frames_per_s), scene.limit_substeps),
         advice.as_ref().map_or("", |advice| &advice.measured),
     );
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good", scene.id);
         return Ok(["none".to_owned(), measured, why]);
     };
-    let near = least[1..].iter().take_while(|(_, other)| *other <= TIE * time);
-    let near: Vec<_> = near.map(|(run, _)| format!("`{}`", method(&run.label))).collect();
     // The calls tell the number of substeps, so the form need not.
     let form = match first.inside {
         Some(_) => method(&first.label).to_owned(),
         None => short(&first.method),
     };
-    let softer = match &advice {
+    let other = match &advice {
         Some(advice) if advice.label.as_deref() != Some(&first.label) => &advice.take,
         _ => "",
     };
-    let take = format!("`{form}`, {} a frame{}{softer}", first.calls(scene), ties("tie", &near));
+    let take =
+        format!("`{form}`, {} a frame{}{other}", first.calls(scene), ties("tie", &frames.near()));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
@@ -210,17 +258,12 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     Ok([take, measured, format!("{why}{advised}")])
 }
 
-/// The length of one of so many steps a frame, ms.
-fn step_of_frame_ms(frames_per_s: f64, steps: u32) -> String {
-    step_ms(1.0 / (frames_per_s * f64::from(steps)))
-}
-
 /// A length of a step given in s, in ms.
 fn step_ms(step_s: f64) -> String {
     significant(1e3 * step_s, 2)
 }
 
-/// What `drape compare` advises for a bundled scene, whose cloth is softer than that of `animation`.
+/// What `drape compare` advises for a bundled scene.
 /// The texts go on those of an answer.
 struct Advised {
     /// The form; `None` if nothing was advised.
@@ -237,23 +280,25 @@ fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
     let Some(row) = timings.into_iter().find(|row| row.scene == scene) else { return Ok(None) };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
-        |label| {
-            format!(
-                "`{label}`, steps of {} ms",
-                step_of_frame_ms(Options::default().rate, row.substeps)
-            )
+        |label| match row.substeps {
+            1 => format!("`{label}`, 1 step a frame"),
+            steps => {
+                let step_s = 1.0 / (row.frames_per_s * f64::from(steps));
+                format!("`{label}`, steps of {} ms", step_ms(step_s))
+            }
         },
     );
     let why = format!(
-        ". For the bundled scene `{scene}` (within {:.1} mm), `drape compare` advises in {:.0} s: \
-         {advice} (`regret`, on {})",
+        ". For the bundled scene `{scene}` at {} frames a second (within {:.1} mm or twice the noise), \
+         `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
+        row.frames_per_s,
         1e3 * row.target_m,
         row.budget_s,
         processor(results, "regret")?
     );
     Ok(Some(Advised {
         label: row.label,
-        take: format!("; softer cloth (bundled `{scene}`): {advice}"),
+        take: format!("; on the bundled `{scene}`: {advice}"),
         measured: format!("; `{scene}`: {} particles, by `drape compare`", row.particles),
         why,
     }))
@@ -270,8 +315,8 @@ struct Rest {
     near: Vec<String>,
     /// The most that it takes over the least time on a table.
     ratio: f64,
-    /// Its fastest steps on the tables, from the shortest to the longest, ms.
-    step_ms: String,
+    /// Its fastest steps on the tables, by fabric.
+    steps: String,
     /// What it is measured on.
     measured: String,
     why: String,
@@ -279,12 +324,13 @@ struct Rest {
 
 /// The form for a drape test.
 fn laid(rest: Option<&Rest>) -> Answer {
-    let Some(Rest { form, near, step_ms, measured, why, .. }) = rest else {
+    let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
         let why = "`rest`: no form comes to rest on all".to_owned();
         return ["none".to_owned(), "study `rest`".to_owned(), why];
     };
-    let take = format!("`{form}`, steps of {step_ms} ms{}", ties("near", near));
-    [take, measured.clone(), why.clone()]
+    let take = format!("`{form}`, steps of {steps}{}", ties("near", near));
+    let why = format!("{why}. How near drape coefficients come to published ones: study `fabric`");
+    [take, measured.clone(), why]
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
@@ -334,8 +380,15 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
         format!("{:.0} ms (step {} ms)", 1e3 * seconds, step_ms(step_s(steps)))
     };
     let told: Vec<_> = fastest.iter().map(told).collect();
-    let lengths_s: Vec<f64> = fastest.iter().map(|(_, steps)| step_s(*steps)).collect();
-    let step_ms = names::range(&lengths_s, step_ms).unwrap_or_default();
+    let mut steps: Vec<String> = Vec::new();
+    for (scene, (_, number)) in round.iter().zip(&fastest) {
+        let fabric = scene.split(", ").nth(1).unwrap_or_default();
+        let step = format!("{} ms ({fabric})", step_ms(step_s(*number)));
+        if !steps.contains(&step) {
+            steps.push(step);
+        }
+    }
+    let steps = steps.join(", ");
     let mut elsewhere = String::new();
     for scene in facts.scenes.iter().filter(|scene| !round.contains(&scene.id.as_str())) {
         let times = least(&scene.id, Some(first)) / least(&scene.id, None);
@@ -361,7 +414,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     );
     let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
     let form = form.map_or_else(|| (*first).to_owned(), |method| short(method));
-    Ok(Some(Rest { form, near, ratio: ratio(first), step_ms, measured, why }))
+    Ok(Some(Rest { form, near, ratio: ratio(first), steps, measured, why }))
 }
 
 /// The winner on a soft sheet.
@@ -426,5 +479,6 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
         }
     });
     let measured = rest.map_or_else(|| "study `rest`".to_owned(), |rest| rest.measured.clone());
-    Ok([format!("unproven at that size{take}"), measured, why])
+    let first = "unproven at that size: compare a coarser mesh of your cloth first";
+    Ok([format!("{first}{take}"), measured, why])
 }

@@ -42,6 +42,7 @@ pub(crate) fn regret_timings() -> Timings<regret::TimingRow> {
         origin: regret::Origin::Springs,
         particles: 105,
         duration_s: 0.5,
+        frames_per_s: 60.0,
         target_m: 0.01,
         budget_s: 6.0,
         seconds: 5.7,

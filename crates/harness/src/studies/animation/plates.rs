@@ -387,7 +387,10 @@ fn map(input: &Input) -> Option<Matrix> {
     Some(Matrix {
         columns: LEVELS.iter().map(|level| level.name()).collect(),
         rows: shown(input).map(row).collect(),
-        legend: legend_of_winners("not reached, or noise"),
+        legend: legend_of_winners(match input.facts.missing.is_empty() {
+            true => "not reached, or noise",
+            false => "not reached, not timed, or noise",
+        }),
         notes: vec![
             signs_of_winners("within a factor of 1.5"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
@@ -468,8 +471,20 @@ fn least(input: &Input, scene: &Scene) -> Option<f64> {
     times.reduce(f64::min)
 }
 
-/// The cell of a form without a good run on a scene.
+/// The text of a form whose good runs were not timed.
+const UNTIMED: &str = "good";
+
+/// Whether a form has a good run on a scene.
+fn has_good(input: &Input, scene: &Scene, label: &str) -> bool {
+    let mut own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
+    own.any(|run| run.is_good(scene))
+}
+
+/// The cell of a form without a good run on a scene that was timed.
 fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
+    if has_good(input, scene, label) {
+        return Tile { shade: Shade::Open, text: UNTIMED.to_owned(), is_marked: false };
+    }
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
     fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
 }
@@ -493,10 +508,14 @@ fn cheapest(input: &Input) -> Option<Matrix> {
             tiles: scenes.iter().map(|scene| vec![tile(scene, label)]).collect(),
         })
         .collect();
+    let mut signs = vec![("≠", "stable, but not good enough")];
+    if !input.facts.missing.is_empty() {
+        signs.push((UNTIMED, "good enough, but not timed"));
+    }
     Some(Matrix {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
-        legend: legend("ms", &[("≠", "stable, but not good enough")]),
+        legend: legend("ms", &signs),
         notes: machine(input).into_iter().collect(),
     })
 }

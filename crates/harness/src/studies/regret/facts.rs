@@ -1,5 +1,6 @@
 //! Records of the experiment `regret`: the advice of a comparison against the best run of a search.
 
+use crate::compare::Options;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -107,6 +108,9 @@ pub struct TimingRow {
     pub particles: usize,
     /// Simulated time, s.
     pub duration_s: f64,
+    /// Frames a second.
+    #[serde(default = "usual_rate")]
+    pub frames_per_s: f64,
     /// Largest error that was asked for, m.
     pub target_m: f64,
     /// Time that the comparison was given, s.
@@ -141,6 +145,11 @@ pub struct TimingRow {
     /// Measured over modelled time a frame of the best form by modelled time. The model's prices
     /// come from another machine.
     pub over_model: Option<f64>,
+}
+
+/// Frames a second, where a row of an older file names none.
+fn usual_rate() -> f64 {
+    Options::default().rate
 }
 
 /// The outcome of a case.

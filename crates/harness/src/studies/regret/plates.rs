@@ -250,6 +250,7 @@ mod tests {
             origin: Origin::Springs,
             particles: 105,
             duration_s: 0.5,
+            frames_per_s: 60.0,
             target_m: 0.01,
             budget_s: 6.0,
             seconds: 5.7,

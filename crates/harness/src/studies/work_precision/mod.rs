@@ -21,3 +21,8 @@ pub(super) const STUDY: Parts<facts::Facts, facts::TimingRow> = Parts {
     tables: plates::tables,
     lessons: None,
 };
+
+/// The facts of the same runs by other prices: modelled times, fronts and winners.
+pub fn repriced(facts: facts::Facts, prices: &crate::cost::Prices) -> facts::Facts {
+    run::repriced(facts, prices)
+}

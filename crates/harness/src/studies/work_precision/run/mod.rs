@@ -10,10 +10,11 @@ pub(in crate::studies) mod truth;
 pub(in crate::studies) mod variants;
 
 use crate::HarnessError;
+use crate::cost::{Counted, Prices};
 use crate::facts::{Fact, fact};
 use crate::stability::STABLE;
 use crate::studies::clocked::disturbance;
-use crate::studies::work_precision::facts::{Facts, Run, TimingRow};
+use crate::studies::work_precision::facts::{Facts, Row, Run, Scene, TimingRow};
 use crate::studies::{Context, Measured, Start, Timing, prepared, taken};
 use front::LEVELS;
 use scenes::{Setting, cases};
@@ -54,22 +55,47 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         })
         .collect();
     let limit = context.quick.then_some(QUICK);
-    let mut rows =
-        taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?
-            .all()?;
+    let rows = taken(context, "methods", &pairs, |(setting, variant)| setting.row(variant, limit))?
+        .all()?;
     let scenes: Vec<_> = settings.iter().map(|setting| setting.scene.clone()).collect();
+    let facts = ranked(scenes, rows);
+    let hashes: std::collections::BTreeMap<_, _> =
+        settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
+    let timings =
+        if context.quick { None } else { Some(timing::rows(context, &settings, &facts)?) };
+    Ok(Measured { facts, timings, scenes: hashes, seed: Some(truth::SEED) })
+}
+
+/// The facts of runs whose modelled times are known.
+fn ranked(scenes: Vec<Scene>, mut rows: Vec<Row>) -> Facts {
     let mut winners = Vec::new();
     for scene in &scenes {
         front::mark(rows.iter_mut().filter(|row| row.scene == scene.id), scene.floor);
         let ranked = LEVELS.into_iter().filter(|level| scene.ranks(*level));
         winners.extend(ranked.map(|level| front::winner(&scene.id, &rows, level)));
     }
-    let facts = Facts { scenes, rows, winners };
-    let hashes: std::collections::BTreeMap<_, _> =
-        settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
-    let timings =
-        if context.quick { None } else { Some(timing::rows(context, &settings, &facts)?) };
-    Ok(Measured { facts, timings, scenes: hashes, seed: Some(truth::SEED) })
+    Facts { scenes, rows, winners }
+}
+
+/// The facts of the same runs by other prices.
+pub(super) fn repriced(facts: Facts, prices: &Prices) -> Facts {
+    let Facts { scenes, mut rows, .. } = facts;
+    for row in &mut rows {
+        let Some(scene) = scenes.iter().find(|scene| scene.id == row.scene) else { continue };
+        for run in &mut row.runs {
+            let counted = Counted {
+                steps: run.steps,
+                force_evaluations: run.force_evaluations,
+                matvecs: run.matvecs,
+                factorisations: run.factorisations,
+                setups: run.setups,
+                particles: scene.particles,
+                springs: scene.springs,
+            };
+            run.modelled_s = counted.seconds(prices.of(&row.method));
+        }
+    }
+    ranked(scenes, rows)
 }
 
 const METHOD: &str = "\

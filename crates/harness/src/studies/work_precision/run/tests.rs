@@ -4,9 +4,9 @@ use super::scenes::{Case, Setting, Shape, normal};
 use super::*;
 use crate::cost::prices;
 use crate::methods;
-use crate::studies::work_precision::facts::{Beside, Flaw, Row, Scene};
+use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::Vec3;
-use drape_report::Verdict;
+use drape_report::{Record, Verdict};
 use variants::{DOP853, Knob, Variant};
 
 /// A small and soft scene of the star.
@@ -295,4 +295,19 @@ fn words_name_where_the_winner_turns_and_who_spends_the_budget() {
         said.contains("1 of 3 variants exhaust their budget before they reach an error of 1 %"),
         "{said}"
     );
+}
+
+/// The committed facts follow from their counts and the committed prices. By other prices they
+/// differ.
+#[test]
+fn the_committed_record_has_the_prices_of_the_source() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/work-precision.json").as_ref();
+    let committed: Record<Facts> = drape_report::file::read_json(path).expect("a record");
+    let facts = committed.facts;
+    assert!(repriced(facts.clone(), prices()) == facts, "run the bin `prices`");
+    let mut dearer = prices().clone();
+    for price in &mut dearer.forms {
+        price.ns_a_visit[0] += 1.0;
+    }
+    assert!(repriced(facts.clone(), &dearer) != facts);
 }
