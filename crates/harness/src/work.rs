@@ -3,12 +3,16 @@
 //! | cause | its work in a step of `h` |
 //! |---|---|
 //! | a led pin | `−f·Δx + ½ m Δ(v²)`, with the force `f` of the cloth on it |
+//! | pins that move as one | `Δx·(Σ m Δv / h − Σf) + Σ ½ m Δ(v²)`, with the first sum over the particles that are not pinned, the second over all, the third over the pins |
 //! | the wind `w` | `h w·Σf` over the drag `f`; relative to the air, drag only takes energy |
 //! | an obstacle that moves at `u` | `u·C`, with the impulse `C` of all contacts |
 //!
 //! `C = Σ (m Δv − h f)` over the particles that are not pinned. Forces between them cancel, so the
 //! sum needs no knowledge of the contacts. Where obstacles move differently, `|C|` times the
-//! greatest speed is an upper limit.
+//! greatest speed is an upper limit. In the same way forces within the cloth cancel in the second
+//! line, which counts where all pins move by the same `Δx` and there are no obstacles. Only forces
+//! from outside are left, such as gravity. So the line holds in a long step, too, within which the
+//! force on a pin changes much.
 //!
 //! One-step methods report the work of pins and contacts themselves, in the [ledger](EnergyLedger)
 //! of a step. The ledger replaces the first and the last line of the table where a run asks for it
@@ -56,12 +60,20 @@ struct Forces {
     wind: f64,
     /// Sum of the forces on the particles that are not pinned, N.
     free: Vec3,
+    /// Sum of the forces on all particles, N: those within the cloth cancel.
+    outside: Vec3,
 }
 
 impl Forces {
     fn new(n: usize) -> Self {
         let zeros = || vec![Vec3::zeros(); n];
-        Self { all: zeros(), scratch: zeros(), wind: 0.0, free: Vec3::zeros() }
+        Self {
+            all: zeros(),
+            scratch: zeros(),
+            wind: 0.0,
+            free: Vec3::zeros(),
+            outside: Vec3::zeros(),
+        }
     }
 
     fn evaluate(&mut self, system: &System, at: Level<'_>) {
@@ -74,6 +86,7 @@ impl Forces {
         }
         let free = self.all.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
         self.free = free.map(|(f, _)| f).sum();
+        self.outside = self.all.iter().sum();
     }
 }
 
@@ -145,12 +158,33 @@ fn total(system: &System, state: &State) -> f64 {
     system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
 }
 
+/// Momentum that the particles gain which are not pinned, N s.
+fn momentum_gained(system: &System, from: &State, to: &State) -> Vec3 {
+    let free = (0..to.len()).filter(|&i| !system.pinned()[i]);
+    free.map(|i| (to.v[i] - from.v[i]) * system.mass()[i]).sum()
+}
+
+/// The way of all pins in a step, if they move as one and no obstacle takes momentum; else `None`.
+fn as_one(system: &System, from: &State, to: &State) -> Option<Vec3> {
+    let mut ways = (0..to.len()).filter(|&i| system.pinned()[i]).map(|i| to.x[i] - from.x[i]);
+    let first = ways.next().filter(|_| system.obstacles().is_empty())?;
+    // Positions are rounded.
+    ways.all(|way| (way - first).norm() <= 1e-12).then_some(first)
+}
+
 /// Work of a step, J, with the forces at one end of the step.
 fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) -> f64 {
     let mut work = h * forces.wind;
+    let way = as_one(system, from, to);
     for i in system.moving_pins().iter().map(|pin| pin.particle) {
         let kinetic = to.v[i].norm_squared() - from.v[i].norm_squared();
-        work += 0.5 * system.mass()[i] * kinetic - forces.all[i].dot(&(to.x[i] - from.x[i]));
+        work += 0.5 * system.mass()[i] * kinetic;
+        if way.is_none() {
+            work -= forces.all[i].dot(&(to.x[i] - from.x[i]));
+        }
+    }
+    if let Some(way) = way {
+        work += way.dot(&(momentum_gained(system, from, to) / h - forces.outside));
     }
     let velocity = |t: f64, h: f64| {
         let obstacles = system.obstacles().iter();
@@ -159,10 +193,7 @@ fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) 
     let velocities = || velocity(from.t, h);
     let fastest = velocities().map(|u| u.norm()).fold(0.0, f64::max);
     if fastest > 0.0 {
-        let mut contact = forces.free * -h;
-        for i in (0..to.len()).filter(|&i| !system.pinned()[i]) {
-            contact += (to.v[i] - from.v[i]) * system.mass()[i];
-        }
+        let contact = momentum_gained(system, from, to) - forces.free * h;
         let first = velocities().next().unwrap_or_default();
         let is_one = velocities().all(|u| u == first);
         work += if is_one { first.dot(&contact) } else { fastest * contact.norm() };

@@ -116,6 +116,7 @@ pub(super) fn clock_again<S: Stage>(
     }
     let all: Vec<_> = runs.iter().filter(|run| S::is_timed(run)).collect();
     // A journal goes on only with the same runs.
-    let part = format!("timings of {}", sha256(&serde_json::to_vec(runs).unwrap_or_default()));
+    let hash = sha256(&serde_json::to_vec(runs).unwrap_or_default());
+    let part = format!("timings of the record {}", &hash[..8]);
     timed(context, &part, &all, |run| stages[S::scene(run)].time(run))?.all()
 }

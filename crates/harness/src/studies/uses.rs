@@ -228,7 +228,7 @@ fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let advice = advised(results, bundled)?;
+    let advice = advised(results, bundled, f64::from(scene.frames_per_s))?;
     let measured = format!(
         "{place}, within {:.0} mm{noise}{}",
         1e3 * scene.good_m(),
@@ -273,11 +273,12 @@ struct Advised {
     why: String,
 }
 
-/// The advice for a bundled scene; `None` if it was not asked for.
-fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
+/// The advice for a bundled scene at this rate of frames; `None` if it was not asked for.
+fn advised(results: &Path, scene: &str, rate: f64) -> Result<Option<Advised>, String> {
     use regret::facts::TimingRow;
     let timings: Vec<TimingRow> = timings(results, "regret")?;
-    let Some(row) = timings.into_iter().find(|row| row.scene == scene) else { return Ok(None) };
+    let is_asked = |row: &TimingRow| row.scene == scene && row.frames_per_s == rate;
+    let Some(row) = timings.into_iter().find(is_asked) else { return Ok(None) };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
         |label| match row.substeps {
