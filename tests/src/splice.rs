@@ -177,18 +177,16 @@ fn rest_modelled(results: &Path) -> Result<String, String> {
     ))
 }
 
-/// Measured over modelled times on the scenes of `regret`: the range without the largest, and the
-/// largest with its scene.
+/// Measured over modelled times on the scenes of `regret`: the range on all scenes but the worst,
+/// and the largest on that.
 fn over_model(rows: &[regret::TimingRow]) -> Result<String, String> {
-    let mut ratios: Vec<(f64, &str)> =
-        rows.iter().filter_map(|row| Some((row.over_model?, row.scene.as_str()))).collect();
-    ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
-    match &ratios[..] {
-        [(least, _), .., (most, _), (last, scene)] => Ok(format!(
-            "{least:.2} to {most:.2} times the modelled ones, and {last:.2} times on `{scene}`"
-        )),
-        _ => Err("regret: fewer than three runs were timed beside the model".to_owned()),
-    }
+    let ratios = || rows.iter().filter_map(|row| Some((row.over_model?, row.scene.as_str())));
+    let worst = ratios().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (last, scene) = worst.ok_or("regret: no run was timed beside the model")?;
+    let others = || ratios().filter(|(_, other)| *other != scene).map(|(ratio, _)| ratio);
+    let least = others().reduce(f64::min).ok_or("regret: one scene was timed beside the model")?;
+    let most = others().fold(0.0, f64::max);
+    Ok(format!("{least:.2} to {most:.2} times the modelled ones, and {last:.2} times on `{scene}`"))
 }
 
 /// Who leads for an error of [`LEVEL`] at which stiffness, with how many ties.

@@ -15,7 +15,7 @@
 //! force on a pin changes much.
 //!
 //! One-step methods report the work of pins and contacts themselves, in the [ledger](EnergyLedger)
-//! of a step. The ledger replaces the first and the last line of the table where a run asks for it
+//! of a step. The ledger replaces all lines but that of the wind where a run asks for it
 //! ([`Runner::ledger`](crate::Runner::ledger)). A stiff sheet that is locked needs the ledger: the
 //! forces that its method used are far from the forces at its positions.
 //!

@@ -46,7 +46,7 @@ fn mark(kind: Judged) -> &'static str {
     match kind {
         Judged::Stable => "(false, true) => (Judged::Stable",
         Judged::Locked => "(true, _) => (Judged::Locked",
-        Judged::GainedEnergy => "let rose = rise >",
+        Judged::GainedEnergy => "let is_sure = sure >",
         Judged::Diverged => "(Judged::Diverged,",
         Judged::Unknown => "(false, false) => (Judged::Unknown",
     }

@@ -16,6 +16,7 @@ use crate::stability::STABLE;
 use crate::studies::clocked::disturbance;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene, TimingRow};
 use crate::studies::{Context, Measured, Start, Timing, prepared, taken};
+use drape_report::Verdict;
 use front::LEVELS;
 use scenes::{Setting, cases};
 use serde_json::json;
@@ -82,7 +83,9 @@ pub(super) fn repriced(facts: Facts, prices: &Prices) -> Facts {
     let Facts { scenes, mut rows, .. } = facts;
     for row in &mut rows {
         let Some(scene) = scenes.iter().find(|scene| scene.id == row.scene) else { continue };
-        for run in &mut row.runs {
+        // A run that its budget forbade to begin took no time.
+        let begun = |run: &&mut Run| run.steps > 0 || run.verdict != Verdict::OverBudget;
+        for run in row.runs.iter_mut().filter(begun) {
             let counted = Counted {
                 steps: run.steps,
                 force_evaluations: run.force_evaluations,

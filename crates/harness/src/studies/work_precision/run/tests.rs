@@ -6,7 +6,7 @@ use crate::cost::prices;
 use crate::methods;
 use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::Vec3;
-use drape_report::{Record, Verdict};
+use drape_report::Record;
 use variants::{DOP853, Knob, Variant};
 
 /// A small and soft scene of the star.
