@@ -12,6 +12,7 @@ use std::time::Instant;
 const SHARED: usize = 2 << 20;
 /// Numbers in the smaller array, which stays next to the core.
 const OWN: usize = 2 << 10;
+
 /// The array from which both loops read.
 fn numbers() -> &'static [f64] {
     static NUMBERS: OnceLock<Vec<f64>> = OnceLock::new();

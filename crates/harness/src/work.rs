@@ -126,10 +126,15 @@ impl WorkBalance {
         let Self { before, last, next, .. } = self;
         next.evaluate(system, state.level());
         let h = state.t - before.t;
-        let work = [&*last, &*next].map(|forces| match ledger {
-            Some(ledger) => h * forces.wind + ledger.constraint + ledger.impact,
-            None => work(system, (before, state), h, forces),
-        });
+        let work = match ledger {
+            Some(ledger) => {
+                [&*last, &*next].map(|forces| h * forces.wind + ledger.constraint + ledger.impact)
+            }
+            None => {
+                let change = Change::of(system, before, state);
+                [&*last, &*next].map(|forces| work(system, (before, state), &change, forces))
+            }
+        };
         self.work[0] += work[0];
         self.work[1] += work[1];
         self.most += work[0].max(work[1]);
@@ -158,10 +163,20 @@ fn total(system: &System, state: &State) -> f64 {
     system.kinetic_energy(&state.v) + system.potential_energy(&state.x)
 }
 
-/// Momentum that the particles gain which are not pinned, N s.
-fn momentum_gained(system: &System, from: &State, to: &State) -> Vec3 {
-    let free = (0..to.len()).filter(|&i| !system.pinned()[i]);
-    free.map(|i| (to.v[i] - from.v[i]) * system.mass()[i]).sum()
+/// What a step does to the cloth as a whole.
+struct Change {
+    /// The way of all pins, if they move as one and no obstacle takes momentum, m.
+    way: Option<Vec3>,
+    /// Momentum that the particles gain which are not pinned, N s.
+    momentum: Vec3,
+}
+
+impl Change {
+    fn of(system: &System, from: &State, to: &State) -> Self {
+        let free = (0..to.len()).filter(|&i| !system.pinned()[i]);
+        let momentum = free.map(|i| (to.v[i] - from.v[i]) * system.mass()[i]).sum();
+        Self { way: as_one(system, from, to), momentum }
+    }
 }
 
 /// The way of all pins in a step, if they move as one and no obstacle takes momentum; else `None`.
@@ -173,9 +188,14 @@ fn as_one(system: &System, from: &State, to: &State) -> Option<Vec3> {
 }
 
 /// Work of a step, J, with the forces at one end of the step.
-fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) -> f64 {
+fn work(
+    system: &System,
+    (from, to): (&State, &State),
+    &Change { way, momentum }: &Change,
+    forces: &Forces,
+) -> f64 {
+    let h = to.t - from.t;
     let mut work = h * forces.wind;
-    let way = as_one(system, from, to);
     for i in system.moving_pins().iter().map(|pin| pin.particle) {
         let kinetic = to.v[i].norm_squared() - from.v[i].norm_squared();
         work += 0.5 * system.mass()[i] * kinetic;
@@ -184,7 +204,7 @@ fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) 
         }
     }
     if let Some(way) = way {
-        work += way.dot(&(momentum_gained(system, from, to) / h - forces.outside));
+        work += way.dot(&(momentum / h - forces.outside));
     }
     let velocity = |t: f64, h: f64| {
         let obstacles = system.obstacles().iter();
@@ -193,7 +213,7 @@ fn work(system: &System, (from, to): (&State, &State), h: f64, forces: &Forces) 
     let velocities = || velocity(from.t, h);
     let fastest = velocities().map(|u| u.norm()).fold(0.0, f64::max);
     if fastest > 0.0 {
-        let contact = momentum_gained(system, from, to) - forces.free * h;
+        let contact = momentum - forces.free * h;
         let first = velocities().next().unwrap_or_default();
         let is_one = velocities().all(|u| u == first);
         work += if is_one { first.dot(&contact) } else { fastest * contact.norm() };

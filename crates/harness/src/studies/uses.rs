@@ -33,7 +33,10 @@ type Answer = [String; 3];
 pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let rest = at_rest(results)?;
     let answers = [
-        ("a curtain in a film at 24 frames a second", of_frames(results, "24 Hz", "curtain")?),
+        (
+            "a curtain in a film at 24 frames a second",
+            of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
+        ),
         ("a skirt in a game at 60 frames a second", of_skirt(results)?),
         ("a drape test for a textile laboratory", laid(rest.as_ref())),
         ("a teaching demonstration", taught(results)?),
@@ -196,8 +199,8 @@ impl Frames {
 /// The answer for frames on a ball. Where cloth stays there for seconds, the long study answers.
 fn of_skirt(results: &Path) -> Result<Answer, String> {
     const PLACE: &str = "on a ball";
-    let [mut take, mut measured, mut why] = of_frames(results, PLACE, "skirt")?;
     let short = Frames::of(results, "animation", PLACE)?;
+    let [mut take, mut measured, mut why] = of_frames(results, &short, "skirt")?;
     let long = Frames::of(results, "animation-long", PLACE)?;
     let Some((run, time)) = long.least.first() else { return Ok([take, measured, why]) };
     let calls = run.calls(&long.scene);
@@ -216,12 +219,11 @@ fn of_skirt(results: &Path) -> Result<Answer, String> {
     Ok([take, measured, why])
 }
 
-/// The fastest good method, and its ties, on the scene of `animation` whose name contains `part`.
-/// The reason adds what a comparison advises for the bundled scene of the use.
-fn of_frames(results: &Path, part: &str, bundled: &str) -> Result<Answer, String> {
+/// The fastest good method, and its ties, on a scene of `animation`. The reason adds what a
+/// comparison advises for the bundled scene of the use.
+fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
     use animation::facts::GOOD;
-    let frames = Frames::of(results, "animation", part)?;
-    let Frames { scene, least, .. } = &frames;
+    let Frames { scene, least, .. } = frames;
     let place = match scene.id.split(',').next().unwrap_or_default() {
         "led" => format!("{} particles, one edge moved to and fro", scene.particles),
         place => format!("{} particles {place}", scene.particles),
@@ -263,8 +265,7 @@ fn step_ms(step_s: f64) -> String {
     significant(1e3 * step_s, 2)
 }
 
-/// What `drape compare` advises for a bundled scene.
-/// The texts go on those of an answer.
+/// What `drape compare` advises for a bundled scene. The texts go on those of an answer.
 struct Advised {
     /// The form; `None` if nothing was advised.
     label: Option<String>,
@@ -290,8 +291,8 @@ fn advised(results: &Path, scene: &str, rate: f64) -> Result<Option<Advised>, St
         },
     );
     let why = format!(
-        ". For the bundled scene `{scene}` at {} frames a second (within {:.1} mm or twice the noise), \
-         `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
+        ". For the bundled scene `{scene}` at {} frames a second (within {:.1} mm or twice the \
+         noise), `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
         row.frames_per_s,
         1e3 * row.target_m,
         row.budget_s,

@@ -77,18 +77,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.shard.compute(&run, &[experiment])? {
         return Ok(());
     }
-    if arguments.timings {
-        for (place, experiment) in Place::each(&[experiment]) {
-            run.retime(experiment, place)?;
-        }
-        super::report::draw(&out)?;
-        return Ok(unfinished.leave([timings_of(experiment).as_str()])?);
-    }
     for (place, experiment) in Place::each(&[experiment]) {
-        run.record(experiment, place)?;
+        if arguments.timings {
+            run.retime(experiment, place)?;
+        } else {
+            run.record(experiment, place)?;
+        }
     }
     super::report::draw(&out)?;
-    Ok(unfinished.leave([experiment.name()])?)
+    let timings = timings_of(experiment);
+    let journal = if arguments.timings { &timings } else { experiment.name() };
+    Ok(unfinished.leave([journal])?)
 }
 
 /// The folder for results. By default neither a quick subset nor results of other methods replace

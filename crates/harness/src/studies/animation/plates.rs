@@ -474,18 +474,12 @@ fn least(input: &Input, scene: &Scene) -> Option<f64> {
 /// The text of a form whose good runs were not timed.
 const UNTIMED: &str = "good";
 
-/// Whether a form has a good run on a scene.
-fn has_good(input: &Input, scene: &Scene, label: &str) -> bool {
-    let mut own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
-    own.any(|run| run.is_good(scene))
-}
-
 /// The cell of a form without a good run on a scene that was timed.
 fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
-    if has_good(input, scene, label) {
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
+    if own.clone().any(|run| run.is_good(scene)) {
         return Tile { shade: Shade::Open, text: UNTIMED.to_owned(), is_marked: false };
     }
-    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
     fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
 }
 

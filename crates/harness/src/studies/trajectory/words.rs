@@ -261,8 +261,8 @@ fn caveats(facts: &Facts) -> Vec<String> {
 fn budget(facts: &Facts) -> Option<String> {
     let budget = facts.scenes.iter().map(|scene| scene.budget_s).reduce(f64::max)?;
     Some(format!(
-        "Every run has at least {budget} s of modelled time, and the slowest winner takes {} s: of slower \
-         methods only the least delay is known.",
+        "Every run has at least {budget} s of modelled time, and the slowest winner takes {} s: \
+         of slower methods only the least delay is known.",
         significant(slowest(facts)?, 2)
     ))
 }

@@ -349,15 +349,8 @@ mod tests {
     #[test]
     fn a_place_is_decided_when_two_are_ahead_or_nobody_can_be() {
         let of = |efforts: &[(&str, f64)], tried| {
-            undecided(
-                "a",
-                &efforts
-                    .iter()
-                    .map(|(method, seconds)| effort(method, *seconds))
-                    .collect::<Vec<_>>(),
-                tried,
-                8.0,
-            )
+            let efforts = efforts.iter().map(|(method, seconds)| effort(method, *seconds));
+            undecided("a", &efforts.collect::<Vec<_>>(), tried, 8.0)
         };
         assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 2.0), Some(4.0), "a third may lie between");
         assert_eq!(of(&[("b", 1.0), ("a", 4.0)], 4.0), None, "it is second");

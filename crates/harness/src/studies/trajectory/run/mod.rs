@@ -38,7 +38,8 @@ pub(super) fn method() -> String {
          over the true path. Every method runs in all forms of `work-precision`, except that \
          `rkc` refuses sheets without damping. They take steps T/2ʲ until the trajectory errs by \
          less than {} or by less than the noise, or until the visits of a run, all at the least \
-         price of its form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the runs, as in `work-precision`; a method that takes \
+         price of its form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the \
+         runs, as in `work-precision`; a method that takes \
          less than {LEAD} times as long as the winner ties with it. An error ranks only if it is at \
          least twice the noise. A run may win only if it keeps at least half of the motion and its \
          energy at the end exceeds the true one by at most {} % of the energy that the scene sets \
