@@ -160,10 +160,7 @@ fn rest_modelled(results: &Path) -> Result<String, String> {
     let facts: rest::Facts = uses::facts(results, "rest")?;
     let timings: Vec<rest::TimingRow> = uses::timings(results, "rest")?;
     let ratio = |row: &rest::TimingRow| {
-        let is_its = |run: &&rest::Run| {
-            (&run.scene, &run.label, run.steps) == (&row.scene, &row.label, row.steps)
-        };
-        Some(facts.runs.iter().find(is_its)?.modelled_s? / row.seconds)
+        Some(facts.runs.iter().find(|run| row.is_of(run))?.modelled_s? / row.seconds)
     };
     let ratios: Vec<f64> = timings.iter().filter_map(ratio).collect();
     let least = ratios.iter().copied().reduce(f64::min).ok_or("rest: no run has a price")?;
@@ -550,5 +547,23 @@ mod tests {
     fn the_first_page_is_short() {
         let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
         assert!(readme.lines().count() <= 150);
+    }
+
+    /// A phone is about 400 pixels wide. A figure of 640 shows letters of 15 pixels there with 9.
+    #[test]
+    fn the_figures_on_the_first_page_can_be_read_on_a_phone() {
+        let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+        let figures: Vec<&str> = readme
+            .split("![")
+            .skip(1)
+            .filter_map(|rest| rest.split_once("](")?.1.split(')').next())
+            .collect();
+        assert!(!figures.is_empty());
+        for figure in figures {
+            let svg = std::fs::read_to_string(root().join(figure)).unwrap();
+            let width = svg.split("width=\"").nth(1).and_then(|rest| rest.split('"').next());
+            let width: u32 = width.and_then(|width| width.parse().ok()).expect(figure);
+            assert!(width <= 640, "{figure}: {width} pixels wide");
+        }
     }
 }

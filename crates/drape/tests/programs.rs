@@ -232,7 +232,12 @@ fn an_unknown_method_is_refused_before_a_study_begins() {
     let output = drape(folder.path(), &["experiment", "order", "--methods", "middpoint"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("no method `middpoint`; expected one of: explicit-euler"), "{said}");
+    assert!(
+        said.contains(
+            "no method `middpoint` (nearest: `midpoint`); expected one of: explicit-euler"
+        ),
+        "{said}"
+    );
     assert!(!folder.path().join("results-own").exists());
 }
 

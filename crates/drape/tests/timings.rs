@@ -11,13 +11,22 @@ const SCENE: &str = "on a ball, cotton-blend, light, n=400, 5 s";
 const LARGE: &str = "hanging, cotton-blend, light, n=10000";
 
 fn timings(study: &str, out: &Path) -> Output {
+    in_rounds(study, out, "1")
+}
+
+fn in_rounds(study: &str, out: &Path, rounds: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
-    command.args(["experiment", study, "--timings", "--out"]).arg(out).output().unwrap()
+    command.args(["experiment", study, "--timings", "--rounds", rounds, "--out"]);
+    command.arg(out).output().unwrap()
 }
 
 fn committed() -> Value {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results/animation-long.json");
-    read(Path::new(path))
+    of("animation-long")
+}
+
+fn of(study: &str) -> Value {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results");
+    read(&results.join(study).with_extension("json"))
 }
 
 fn read(path: &Path) -> Value {
@@ -70,6 +79,35 @@ fn the_sound_runs_of_a_record_are_timed_anew_and_its_facts_stay() {
 }
 
 #[test]
+fn runs_are_timed_in_rounds_and_repeat_their_errors() {
+    const SCENE: &str = "hanging light 1e2 n=400";
+    let mut record = of("work-precision");
+    let facts = &mut record["facts"];
+    let is_kept = |row: &Value| row["scene"] == SCENE && row["label"] == "symplectic-euler";
+    facts["rows"].as_array_mut().unwrap().retain(is_kept);
+    facts["scenes"].as_array_mut().unwrap().retain(|scene| scene["id"] == SCENE);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("work-precision.json");
+    std::fs::write(&path, record.to_string()).unwrap();
+    let output = in_rounds("work-precision", folder.path(), "2");
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(read(&path)["facts"], record["facts"]);
+    let timings = read(&folder.path().join("timings/work-precision.json"));
+    assert!(timings["method"].as_str().unwrap().contains("in 2 rounds"), "{timings}");
+    let rows = timings["rows"].as_array().unwrap();
+    assert!(!rows.is_empty() && rows.iter().all(|row| row["is_verified"] == true), "{rows:?}");
+    assert!(!folder.path().join(".unfinished").exists());
+}
+
+#[test]
+fn a_record_of_another_format_is_refused() {
+    let mut record = committed();
+    record["format"] = "drape-record/0".into();
+    let said = refused("animation-long", &record);
+    assert!(said.contains("expected drape-record/") && said.contains("drape-record/0"), "{said}");
+}
+
+#[test]
 fn a_record_of_another_scene_is_refused_before_anything_is_timed() {
     let mut record = committed();
     record["provenance"]["scene_sha256"][LARGE] = "0123".into();
@@ -87,7 +125,7 @@ fn a_record_of_another_scene_is_refused_before_anything_is_timed() {
 #[test]
 fn a_study_whose_timings_need_its_runs_is_refused() {
     let said = refused("order", &Value::Null);
-    for expected in ["order", "animation, animation-long, rest"] {
+    for expected in ["order", "work-precision, animation, animation-long, rest"] {
         assert!(said.contains(expected), "{said}");
     }
 }

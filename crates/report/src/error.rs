@@ -19,16 +19,6 @@ pub enum ReportError {
         /// The folder that was searched.
         folder: PathBuf,
     },
-    /// A file is a record of another kind than its name says.
-    #[error("{}: expected {expected}, found {found}", path.display())]
-    Kind {
-        /// The file.
-        path: PathBuf,
-        /// Format and experiment that the file's name requires.
-        expected: String,
-        /// Format and experiment that the file contains.
-        found: String,
-    },
     /// A figure could not be drawn.
     #[error("{file}: cannot draw the figure: {source}")]
     Draw {
@@ -61,8 +51,11 @@ impl ReportError {
         matches!(
             self,
             Self::NoRecords { .. }
-                | Self::Kind { .. }
-                | Self::Record(RecordError::Format { .. } | RecordError::Unfit { .. })
+                | Self::Record(
+                    RecordError::Format { .. }
+                        | RecordError::Unfit { .. }
+                        | RecordError::Kind { .. }
+                )
         )
     }
 }

@@ -41,6 +41,16 @@ pub enum RecordError {
         /// Line, column and reason.
         source: serde_json::Error,
     },
+    /// A file is a record of another kind than its name says.
+    #[error("{}: expected {expected}, found {found}", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+        /// Format and experiment that the file's name requires.
+        expected: String,
+        /// Format and experiment that the file contains.
+        found: String,
+    },
 }
 
 /// Most bytes of a record.

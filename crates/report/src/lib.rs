@@ -101,7 +101,7 @@ pub fn one_page(
 pub fn read_record<F: DeserializeOwned>(
     results: &Path,
     study: &str,
-) -> Result<Option<Record<F>>, ReportError> {
+) -> Result<Option<Record<F>>, RecordError> {
     let path = results.join(format!("{study}.json"));
     if !path.exists() {
         return Ok(None);
@@ -115,7 +115,7 @@ pub fn read_record<F: DeserializeOwned>(
 pub fn read_timings<R: DeserializeOwned>(
     results: &Path,
     study: &str,
-) -> Result<Option<Timings<R>>, ReportError> {
+) -> Result<Option<Timings<R>>, RecordError> {
     let path = results.join("timings").join(format!("{study}.json"));
     if !path.exists() {
         return Ok(None);
@@ -126,10 +126,10 @@ pub fn read_timings<R: DeserializeOwned>(
 }
 
 /// Refuses a file that says it is something else than its name says.
-fn check_kind(path: &Path, expected: (&str, &str), found: (&str, &str)) -> Result<(), ReportError> {
+fn check_kind(path: &Path, expected: (&str, &str), found: (&str, &str)) -> Result<(), RecordError> {
     if expected == found {
         return Ok(());
     }
     let name = |(format, experiment): (&str, &str)| format!("{format} of `{experiment}`");
-    Err(ReportError::Kind { path: path.to_owned(), expected: name(expected), found: name(found) })
+    Err(RecordError::Kind { path: path.to_owned(), expected: name(expected), found: name(found) })
 }

@@ -1,6 +1,6 @@
 //! A figure's name, title, caption and the function that makes it.
 
-use crate::plot::{Atlas, Dense, Drawing, Matrix, Sheet};
+use crate::plot::{Atlas, Dense, Drawing, Matrix, Sheet, Stacked};
 use crate::{Content, Figure, Files, ReportError};
 use std::error::Error;
 
@@ -20,10 +20,12 @@ pub struct Plate<I> {
 pub enum Draw<I> {
     /// Panels of curves.
     Sheet(fn(&I) -> Option<Sheet>),
-    /// Many panels of curves with the same axes.
+    /// Many panels of curves with the same axes, on a slim page.
     Dense(fn(&I) -> Option<Sheet>),
     /// A table of tiles.
     Matrix(fn(&I) -> Option<Matrix>),
+    /// A table of tiles on a slim page.
+    Stacked(fn(&I) -> Option<Matrix>),
     /// Maps of tiles.
     Atlas(fn(&I) -> Option<Atlas>),
     /// A picture as PNG.
@@ -48,6 +50,7 @@ impl<I> Plate<I> {
             Draw::Sheet(make) => self.svg(make(input)?),
             Draw::Dense(make) => self.svg(Dense(make(input)?)),
             Draw::Matrix(make) => self.svg(make(input)?),
+            Draw::Stacked(make) => self.svg(Stacked(make(input)?)),
             Draw::Atlas(make) => self.svg(make(input)?),
             Draw::Picture(make) => {
                 let error = |source| ReportError::Picture { file: self.file, source };

@@ -8,7 +8,8 @@
 //! times. Both move the [`HangingSheet`] with damping along the springs, where both have the same
 //! formulas; `drape_oracle::published` shows that. The time of a *sweep* is a hundredth of the
 //! difference between a step of 101 sweeps and a step of one. So it contains neither the prediction
-//! nor the start of a program.
+//! nor the start of a program. Beside them stands a sweep over the same springs that adds up their
+//! forces: on the grid, and on the same springs in random order, where nothing shows the grid.
 //!
 //! The programs take turns. A ratio divides two times of the same round, so both sides see the same
 //! machine. Each program uses one thread; `taskset` keeps both on one core.
@@ -19,12 +20,13 @@ use clap::Parser;
 use drape_benches::{HangingSheet, Mesh, STEP_S, origin, provenance};
 use drape_harness::methods::Choice;
 use drape_integrator::{PhaseClock, TimeStep};
-use drape_model::{DampingLaw, SystemSpec};
+use drape_model::{DampingLaw, SystemSpec, Vec3, Violation};
 use drape_report::file::write_atomically;
 use drape_report::tell;
 use program::Newton;
 use std::error::Error;
 use std::fmt::Write as _;
+use std::hint::black_box;
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,20 +55,29 @@ const STIFFNESS: f64 = 1e4;
 const SWEEPS: [u32; 2] = [1, 101];
 /// Steps of each that are timed in a turn.
 const STEPS: usize = 11;
-/// The forms of `xpbd` beside the public program.
-const FORMS: [(&str, &str); 2] =
-    [("as listed", "xpbd:substeps=1"), ("by colours", "xpbd:substeps=1,sweep=coloured")];
+/// The forms of XPBD beside the public program.
+const FORMS: [(&str, &str); 3] = [
+    ("as listed", "xpbd:substeps=1"),
+    ("by colours", "xpbd:substeps=1,sweep=coloured"),
+    ("by lines", "xpbd-lines:substeps=1"),
+];
+/// Sweeps for forces that are timed together.
+const FORCES: u32 = 100;
 
 /// A warning for a build without optimisation.
 const CHECKED: &str =
     if cfg!(debug_assertions) { " This time without `--release`: drape is slower so." } else { "" };
 
-/// Times of a sweep, µs: of the public program and of each form, round by round.
+/// Times of a sweep, µs, round by round.
 struct Times {
     side: u32,
     springs: usize,
+    /// Of the public program.
     newton: Vec<f64>,
-    forms: [Vec<f64>; 2],
+    /// Of each form.
+    forms: [Vec<f64>; FORMS.len()],
+    /// Of the forces on each mesh.
+    forces: [Vec<f64>; Mesh::ALL.len()],
 }
 
 fn main() -> ExitCode {
@@ -84,15 +95,20 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut all = Vec::new();
     let mut package = String::new();
     for &side in &cli.sides {
-        let mut spec = HangingSheet::new(side, STIFFNESS, Mesh::Grid)?.spec;
-        spec.damping = DampingLaw::Projected;
-        let mut newton = Newton::start(&cli.python, &spec, STEP_S)?;
-        let forms = Default::default();
-        let mut times = Times { side, springs: spec.springs.len(), newton: Vec::new(), forms };
+        let [grid, general] = Mesh::ALL.map(|mesh| sheet(side, mesh));
+        let specs = [grid?, general?];
+        let spec = &specs[0];
+        let mut newton = Newton::start(&cli.python, spec, STEP_S)?;
+        let (forms, forces) = Default::default();
+        let springs = spec.springs.len();
+        let mut times = Times { side, springs, newton: Vec::new(), forms, forces };
         for _ in 0..cli.rounds {
             times.newton.push(a_sweep(|sweeps| Ok(newton.time(sweeps, STEPS)?))?);
             for (times, (_, method)) in times.forms.iter_mut().zip(FORMS) {
-                times.push(a_sweep(|sweeps| time(&spec, method, sweeps))?);
+                times.push(a_sweep(|sweeps| time(spec, method, sweeps))?);
+            }
+            for (times, spec) in times.forces.iter_mut().zip(&specs) {
+                times.push(sum_of_forces(spec)?);
             }
         }
         package = newton.package.clone();
@@ -104,6 +120,12 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
+}
+
+/// The sheet on a mesh, with damping along the springs.
+fn sheet(side: u32, mesh: Mesh) -> Result<SystemSpec, Violation> {
+    let spec = HangingSheet::new(side, STIFFNESS, mesh)?.spec;
+    Ok(SystemSpec { damping: DampingLaw::Projected, ..spec })
 }
 
 /// What one sweep takes, µs, by what steps of few and of many take.
@@ -130,6 +152,29 @@ fn time(spec: &SystemSpec, method: &str, sweeps: u32) -> Result<f64, Box<dyn Err
     Ok(middle(times))
 }
 
+/// Median time of a sweep for the forces of all springs, µs.
+fn sum_of_forces(spec: &SystemSpec) -> Result<f64, Box<dyn Error>> {
+    let (system, state) = spec.build()?;
+    let mut out = vec![Vec3::zeros(); state.x.len()];
+    let mut times = Vec::with_capacity(STEPS);
+    for _ in 0..STEPS {
+        let begin = Instant::now();
+        for _ in 0..FORCES {
+            system.forces(black_box(state.level()), &mut out);
+            black_box(&mut out);
+        }
+        times.push(1e6 * begin.elapsed().as_secs_f64() / f64::from(FORCES));
+    }
+    Ok(middle(times))
+}
+
+/// Median, least and greatest of the ratios of two series.
+fn ratios(above: &[f64], below: &[f64]) -> [f64; 3] {
+    let mut ratios: Vec<_> = above.iter().zip(below).map(|(a, b)| a / b).collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    [ratios[ratios.len() / 2], ratios[0], ratios[ratios.len() - 1]]
+}
+
 fn middle(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values[values.len() / 2]
@@ -148,14 +193,25 @@ fn table(all: &[Times], package: &str, cpu: &str, rounds: u32) -> String {
     for (name, _) in FORMS {
         let _ = write!(text, " drape, {name}, µs | times as fast |");
     }
-    text += "\n|---|---|---|---|---|---|---|\n";
-    for Times { side, springs, newton, forms } in all {
+    text += "\n|---|---|---|---|---|---|---|---|---|\n";
+    for Times { side, springs, newton, forms, .. } in all {
         let _ = write!(text, "| {side} | {springs} | {:.1} |", middle(newton.clone()));
         for form in forms {
-            let mut ratios: Vec<_> = newton.iter().zip(form).map(|(a, b)| a / b).collect();
-            ratios.sort_unstable_by(f64::total_cmp);
-            let [least, most] = [ratios[0], ratios[ratios.len() - 1]];
-            let (us, ratio) = (middle(form.clone()), middle(ratios));
+            let [ratio, least, most] = ratios(newton, form);
+            let us = middle(form.clone());
+            let _ = write!(text, " {us:.1} | {ratio:.2} ({least:.2}–{most:.2}) |");
+        }
+        text += "\n";
+    }
+    text += "\nA sweep by lines beside one that adds up the forces of the same springs:\n\n\
+             | N | by lines, µs | forces on the grid, µs | by lines over this | forces in random \
+             order, µs | by lines over this |\n|---|---|---|---|---|---|\n";
+    for Times { side, forms, forces, .. } in all {
+        let [.., lines] = forms;
+        let _ = write!(text, "| {side} | {:.1} |", middle(lines.clone()));
+        for sweep in forces {
+            let [ratio, least, most] = ratios(lines, sweep);
+            let us = middle(sweep.clone());
             let _ = write!(text, " {us:.1} | {ratio:.2} ({least:.2}–{most:.2}) |");
         }
         text += "\n";
@@ -171,7 +227,8 @@ mod tests {
     fn a_sweep_is_what_more_sweeps_take_more() {
         let found = a_sweep(|sweeps| Ok(7.0 + 3.0 * f64::from(sweeps))).expect("times");
         assert!((found - 3.0).abs() < 1e-12, "{found}");
-        let spec = HangingSheet::new(8, STIFFNESS, Mesh::Grid).expect("a sheet").spec;
+        let spec = sheet(8, Mesh::Grid).expect("a sheet");
+        assert!(sum_of_forces(&spec).expect("forces") > 0.0);
         for (_, method) in FORMS {
             assert!(time(&spec, method, 3).expect("a run") > 0.0);
         }
@@ -183,9 +240,12 @@ mod tests {
             side: 4,
             springs: 10,
             newton: vec![4.0, 9.0, 6.0],
-            forms: [vec![2.0, 3.0, 1.0], vec![1.0; 3]],
+            forms: [vec![2.0, 3.0, 1.0], vec![1.0; 3], vec![2.0; 3]],
+            forces: [vec![1.0, 4.0, 2.0], vec![8.0; 3]],
         };
         let text = table(&[times], "newton", "cpu", 3);
         assert!(text.contains("| 4 | 10 | 6.0 | 2.0 | 3.00 (2.00–6.00) | 1.0 |"), "{text}");
+        let line = "| 4 | 2.0 | 2.0 | 1.00 (0.50–2.00) | 8.0 | 0.25 (0.25–0.25) |";
+        assert!(text.contains(line), "{text}");
     }
 }

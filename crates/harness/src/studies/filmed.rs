@@ -5,7 +5,6 @@ use super::{Context, Recorded, cells, timed};
 use crate::HarnessError;
 use crate::methods::runs::Film;
 use crate::run::Outcome;
-use crate::sha256;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -115,8 +114,5 @@ pub(super) fn clock_again<S: Stage>(
         }
     }
     let all: Vec<_> = runs.iter().filter(|run| S::is_timed(run)).collect();
-    // A journal goes on only with the same runs.
-    let hash = sha256(&serde_json::to_vec(runs).unwrap_or_default());
-    let part = format!("timings of the record {}", &hash[..8]);
-    timed(context, &part, &all, |run| stages[S::scene(run)].time(run))?.all()
+    timed(context, &recorded.part(&runs), &all, |run| stages[S::scene(run)].time(run))?.all()
 }

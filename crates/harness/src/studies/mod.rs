@@ -43,7 +43,7 @@ use crate::journal::Journal;
 use crate::methods::Choice;
 use crate::run::{Counts, Runner, Simulation};
 use crate::shard::Missing;
-use crate::{HarnessError, Source, provenance};
+use crate::{HarnessError, Source, provenance, sha256};
 use drape_integrator::PrepareError;
 use drape_model::{SystemSpec, TimeSpan};
 use drape_report::file::{read_json, write_json};
@@ -141,17 +141,34 @@ struct Timing<F: 'static, T: 'static> {
 
 /// Takes the timings of the runs in a record's facts. Returns these facts, without the timings that
 /// they may have named as missing, and the rows.
-type Again<F, T> = fn(&Context<'_>, F, &Recorded<'_>) -> Result<(F, Vec<T>), HarnessError>;
+type Take<F, T> = fn(&Context<'_>, F, &Recorded<'_>) -> Result<(F, Vec<T>), HarnessError>;
 
-/// The scenes of a record.
+/// How the timings of a record are taken anew.
+struct Again<F: 'static, T: 'static> {
+    take: Take<F, T>,
+    /// The seconds of a row. Of several rounds the quickest counts.
+    seconds: fn(&T) -> f64,
+}
+
+/// The scenes of a record whose timings are taken.
 struct Recorded<'a> {
     /// Path of the record.
     path: &'a Path,
     /// Their hashes, by name.
     hashes: &'a BTreeMap<String, String>,
+    /// Number of the round, from 1.
+    round: u32,
 }
 
 impl Recorded<'_> {
+    /// The name of the part of a journal that keeps the timings of this round. A journal goes on
+    /// only with the same runs.
+    fn part(&self, runs: &impl Serialize) -> String {
+        let hash = sha256(&serde_json::to_vec(runs).unwrap_or_default());
+        let round = if self.round > 1 { format!(", round {}", self.round) } else { String::new() };
+        format!("timings of the record {}{round}", &hash[..8])
+    }
+
     /// Passes on this program's own scene of this name if the record has the same.
     fn same<S>(
         &self,
@@ -248,13 +265,14 @@ pub trait Study: Sync {
     fn has_own_timings(&self) -> bool;
 
     /// Takes the timings of the runs anew that its record in the folder of the results has, and
-    /// computes no other run. Returns the files that were written.
+    /// computes no other run. It takes them in several rounds, one after the other; the quickest
+    /// timing of each run counts. Returns the files that were written.
     ///
     /// # Errors
     /// [`HarnessError::NoOwnTimings`] if they can only be taken with its facts;
     /// [`HarnessError::OtherScene`] if a scene is not the one of the record. [`HarnessError`] if a
     /// record cannot be read or written.
-    fn retime(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError>;
+    fn retime(&self, context: &Context<'_>, rounds: u32) -> Result<Vec<PathBuf>, HarnessError>;
 
     /// Compares its facts below `fresh`, which may be the quick subset, with those below
     /// `committed`. Returns the number of facts that were compared, and those that differ.
@@ -298,17 +316,17 @@ where
         format!("{}.json", self.name)
     }
 
-    /// Writes the timings and returns their path.
+    /// Writes the timings, which were taken in so many rounds, and returns their path.
     fn write_timings(
         &self,
         context: &Context<'_>,
-        (timing, rows): (&Timing<F, T>, Vec<T>),
+        (timing, rows, rounds): (&Timing<F, T>, Vec<T>, u32),
         provenance: Provenance,
     ) -> Result<PathBuf, HarnessError> {
         let timings = Timings {
             format: TIMINGS_FORMAT.to_owned(),
             experiment: self.name.to_owned(),
-            method: (timing.method)(),
+            method: (timing.method)() + &told_rounds(rounds),
             rows,
             provenance,
         };
@@ -386,7 +404,7 @@ where
         write_json(&path, &self.record(context.quick, facts, own))?;
         let mut files = vec![path];
         if let Some((rows, timing)) = timings.zip(self.timing.as_ref()) {
-            files.push(self.write_timings(context, (timing, rows), provenance)?);
+            files.push(self.write_timings(context, (timing, rows, 1), provenance)?);
         }
         Ok(files)
     }
@@ -395,21 +413,30 @@ where
         self.timing.as_ref().is_some_and(|timing| timing.again.is_some())
     }
 
-    fn retime(&self, context: &Context<'_>) -> Result<Vec<PathBuf>, HarnessError> {
-        let own = self.timing.as_ref().and_then(|timing| Some((timing, timing.again?)));
+    fn retime(&self, context: &Context<'_>, rounds: u32) -> Result<Vec<PathBuf>, HarnessError> {
+        let own = self.timing.as_ref().and_then(|timing| Some((timing, timing.again.as_ref()?)));
         let Some((timing, again)) = own else {
             let known = all().iter().filter(|study| study.has_own_timings());
             let known = known.map(|study| study.name()).collect::<Vec<_>>().join(", ");
             return Err(HarnessError::NoOwnTimings { study: self.name, known });
         };
         let path = context.out.join(self.file());
-        let mut record: Record<F> = read_json(&path)?;
+        // Without a file the error of `read_json` names it.
+        let record = read_record::<F>(context.out, self.name)?;
+        let mut record: Record<F> = record.map_or_else(|| read_json(&path), Ok)?;
         let scenes = record.provenance.scene_sha256.clone();
-        let recorded = Recorded { path: &path, hashes: &scenes };
-        let (facts, rows) = again(context, record.facts, &recorded)?;
-        record.facts = facts;
-        let written =
-            self.write_timings(context, (timing, rows), provenance(context.source, scenes))?;
+        let mut rows: Vec<T> = Vec::new();
+        for round in 1..=rounds {
+            let recorded = Recorded { path: &path, hashes: &scenes, round };
+            let (facts, taken) = (again.take)(context, record.facts, &recorded)?;
+            record.facts = facts;
+            rows = quickest(rows, taken, again.seconds);
+        }
+        let written = self.write_timings(
+            context,
+            (timing, rows, rounds),
+            provenance(context.source, scenes),
+        )?;
         // The facts may have named timings as missing, and so the words.
         write_json(&path, &self.worded(record))?;
         Ok(vec![path, written])
@@ -682,6 +709,26 @@ fn timed<T, R: Serialize + DeserializeOwned>(
     Ok(Cells(is_whole.then_some(results)))
 }
 
+/// What the text about timings says of several rounds.
+fn told_rounds(rounds: u32) -> String {
+    match rounds {
+        1 => String::new(),
+        _ => format!(
+            " All runs were timed in {rounds} rounds, one after the other; the quickest timing of \
+             each counts."
+        ),
+    }
+}
+
+/// The quicker timing of each run, of two rounds with the same runs. The first may be empty.
+fn quickest<T>(rows: Vec<T>, others: Vec<T>, seconds: impl Fn(&T) -> f64) -> Vec<T> {
+    if rows.is_empty() {
+        return others;
+    }
+    let pairs = rows.into_iter().zip(others);
+    pairs.map(|(row, other)| if seconds(&other) < seconds(&row) { other } else { row }).collect()
+}
+
 /// As [`cells`] or [`timed`]. A cell for which this process has no time, or which it may not
 /// compute, is `None` and noted as missing.
 fn in_time<T: Sync, R: Send + Serialize + DeserializeOwned>(
@@ -743,6 +790,15 @@ pub(crate) fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_several_rounds_the_quickest_timing_of_each_run_counts() {
+        let own = |row: &(&str, f64)| row.1;
+        let first = quickest(Vec::new(), vec![("a", 3.0), ("b", 1.0)], own);
+        let both = quickest(first, vec![("a again", 2.0), ("b again", 1.5)], own);
+        assert_eq!(both, [("a again", 2.0), ("b", 1.0)]);
+        assert!(told_rounds(1).is_empty() && told_rounds(4).contains("in 4 rounds"));
+    }
 
     #[test]
     fn every_experiment_stands_behind_those_that_it_builds_on() {

@@ -342,12 +342,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     let timings: Vec<TimingRow> = timings(results, "rest")?;
     let ids = facts.scenes.iter().map(|scene| scene.id.as_str());
     let round: Vec<&str> = ids.filter(|id| id.starts_with("round")).collect();
-    let time = |run: &Run| {
-        let is_its = |row: &&TimingRow| {
-            (&row.scene, &row.label, row.steps) == (&run.scene, &run.label, run.steps)
-        };
-        timings.iter().find(is_its).map(|row| row.seconds)
-    };
+    let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.seconds);
     let right = facts.runs.iter().filter(|run| run.is_right());
     let right: Vec<(&Run, f64)> = right.filter_map(|run| Some((run, time(run)?))).collect();
     let least = |scene: &str, label: Option<&str>| {

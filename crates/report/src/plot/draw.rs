@@ -25,13 +25,13 @@ pub(super) const CHARACTER: i32 = 9;
 /// Dashes of rules, by the order in which the legend lists them.
 const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 
-/// Three panels beside each other on a narrower page, for panels with the same axes.
-const DENSE_COLUMNS: usize = 3;
-const DENSE_WIDTH: i32 = 900;
+/// Two panels beside each other on a slim page, for panels with the same axes.
+const DENSE_COLUMNS: usize = 2;
+const DENSE_WIDTH: i32 = 640;
 /// Size and line of the names above a dense panel, and the height of what it plots.
 const SMALL_FONT: f64 = 14.0;
 const SMALL_LINE: i32 = 18;
-const DENSE_PLOT: i32 = 230;
+const DENSE_PLOT: i32 = 220;
 /// Room left of a panel that has its vertical axis in common with its neighbour, and right of all.
 const COMMON_AXIS: i32 = 10;
 const RIGHT: i32 = 22;
@@ -55,7 +55,7 @@ enum Key {
 pub(super) enum Layout {
     /// Two beside each other, or one where it is alone or has bars.
     Wide,
-    /// Three beside each other with one vertical axis a row.
+    /// Two beside each other with one vertical axis a row, below the legend.
     Dense,
 }
 
@@ -104,18 +104,13 @@ pub(super) fn svg(
         .collect();
     let head = MARGIN + 26 * title_lines.len() as i32;
     let body: i32 = heights.iter().sum();
-    // The legend may stand in the last row where that has room.
-    let free = match (rows.last(), heights.last()) {
-        (Some(row), Some(last)) if layout == Layout::Dense && row.len() + 1 == columns => {
-            let room = page / columns as i32;
-            (legend.entries_height(room) + 2 * MARGIN <= *last).then_some((room, *last))
-        }
-        _ => None,
+    // Entries have margins of their own, as in a box.
+    let wide_page = page + 2 * MARGIN;
+    let (above, foot) = match layout {
+        Layout::Wide => (0, legend.height(page)),
+        Layout::Dense => (legend.entries_height(wide_page) + MARGIN, legend.notes_height()),
     };
-    let foot = match free {
-        Some(_) => legend.notes_height(),
-        None => legend.height(page),
-    };
+    let head = head + above;
     let height = head + body + foot + MARGIN;
 
     let mut text = String::new();
@@ -126,6 +121,9 @@ pub(super) fn svg(
         for (n, line) in title_lines.iter().enumerate() {
             let style = text_style(TITLE_FONT, FontStyle::Bold, INK, HPos::Left, VPos::Top);
             root.draw_text(line, &style, (MARGIN, MARGIN + 26 * n as i32))?;
+        }
+        if layout == Layout::Dense {
+            legend.draw_entries(&root, (-MARGIN, head - above), wide_page)?;
         }
         let mut top = head;
         for ((row, row_height), near) in rows.iter().zip(&heights).zip(&near) {
@@ -150,13 +148,9 @@ pub(super) fn svg(
             }
             top += row_height;
         }
-        match free {
-            Some((room, last)) => {
-                let (x, y) = (page - room, top - last + 2 * MARGIN);
-                legend.draw_entries(&root, (x, y), room - MARGIN)?;
-                legend.draw_notes(&root, (MARGIN, top), page - MARGIN)?;
-            }
-            None => {
+        match layout {
+            Layout::Dense => legend.draw_notes(&root, (MARGIN, top), page - MARGIN)?,
+            Layout::Wide => {
                 let corners = [(MARGIN, top), (page - MARGIN, top + legend.height(page))];
                 root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
                 let below = legend.draw_entries(&root, (0, top), page)?;

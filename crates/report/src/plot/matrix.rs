@@ -95,22 +95,46 @@ const SAMPLE: i32 = 20;
 /// Characters here are known to be mostly narrow: a little less than in legends of curves.
 const NARROW: i32 = CHARACTER - 1;
 
+/// Width of a table whose labels stand above the rows, and the height of such a label.
+const SLIM: i32 = 640;
+const LABEL: i32 = 26;
+
+/// Where the labels of the rows stand.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Labels {
+    /// Left of the tiles.
+    Beside,
+    /// Above the tiles, on a slim page.
+    Above,
+}
+
 /// Draws a table. `title` and `description` also go into the file's `<title>` and `<desc>`.
-pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<String, Failure> {
+pub(super) fn svg(
+    matrix: &Matrix,
+    labels: Labels,
+    title: &str,
+    description: &str,
+) -> Result<String, Failure> {
     let longest = |texts: &mut dyn Iterator<Item = &String>| {
         texts.map(|text| text.chars().count() as i32).max().unwrap_or(0)
     };
-    let title_lines = wrap(title, 88);
-    let notes: Vec<String> = matrix.notes.iter().flat_map(|note| wrap(note, 105)).collect();
-    let left = MARGIN + NARROW * longest(&mut matrix.rows.iter().map(|row| &row.label)) + 18;
-    let width = (WIDTH - MARGIN - left) / (matrix.columns.len() as i32).max(1);
+    let beside = NARROW * longest(&mut matrix.rows.iter().map(|row| &row.label)) + 18;
+    let (page, left, label) = match labels {
+        Labels::Beside => (WIDTH, MARGIN + beside, 0),
+        Labels::Above => (SLIM, MARGIN, LABEL),
+    };
+    let letters = |most: i32| (most * page / WIDTH) as usize;
+    let title_lines = wrap(title, letters(88));
+    let notes: Vec<String> =
+        matrix.notes.iter().flat_map(|note| wrap(note, letters(105))).collect();
+    let width = (page - MARGIN - left) / (matrix.columns.len() as i32).max(1);
     let widest = NARROW * longest(&mut matrix.columns.iter());
     let is_upwards = widest > width;
     let heading = if is_upwards { widest + 14 } else { LINE + 10 };
     let top = MARGIN + 26 * title_lines.len() as i32 + heading;
     let legend_columns = {
         let widest = longest(&mut matrix.legend.iter().map(|(_, text)| text));
-        ((WIDTH - 4 * MARGIN) / (SAMPLE + 24 + CHARACTER * widest)).max(1)
+        ((page - 4 * MARGIN) / (SAMPLE + 24 + CHARACTER * widest)).max(1)
     };
     let legend_rows = (matrix.legend.len() as i32 + legend_columns - 1) / legend_columns;
     let legend_height = 14 + 26 * legend_rows + LINE * notes.len() as i32;
@@ -121,14 +145,15 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
         tiles.iter().any(|tile| tile.text.contains('\n') || width_of(&tile.text) > room)
     });
     let least = if is_broken { TWO_LINES } else { *ROW.start() };
-    let row_height = ((HEIGHT - others) / count.max(1)).clamp(least, *ROW.end());
+    let tile_height = ((HEIGHT - others) / count.max(1)).clamp(least, *ROW.end());
+    let row_height = label + tile_height;
     let foot = top + row_height * count + 14;
     let height = foot + legend_height + MARGIN;
 
     let mut text = String::new();
     {
         let root =
-            SVGBackend::with_string(&mut text, (WIDTH as u32, height as u32)).into_drawing_area();
+            SVGBackend::with_string(&mut text, (page as u32, height as u32)).into_drawing_area();
         root.fill(&WHITE)?;
         for (n, line) in title_lines.iter().enumerate() {
             let style = text_style(TITLE_FONT, FontStyle::Bold, INK, HPos::Left, VPos::Top);
@@ -150,15 +175,18 @@ pub(super) fn svg(matrix: &Matrix, title: &str, description: &str) -> Result<Str
                     vec![(MARGIN, y - 1), (left + width * matrix.columns.len() as i32, y - 1)];
                 root.draw(&PathElement::new(line, GRID.stroke_width(1)))?;
             }
-            let middle = y + row_height / 2;
+            let middle = match labels {
+                Labels::Beside => y + tile_height / 2,
+                Labels::Above => y + LABEL / 2 + 2,
+            };
             root.draw_text(&row.label, &plain(HPos::Left, VPos::Center), (MARGIN, middle))?;
-            draw_row(&root, &row.tiles, (left, y), (width, row_height))?;
+            draw_row(&root, &row.tiles, (left, y + label), (width, tile_height))?;
         }
-        let corners = [(MARGIN, foot), (WIDTH - MARGIN, foot + legend_height)];
+        let corners = [(MARGIN, foot), (page - MARGIN, foot + legend_height)];
         root.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
         for (n, (tile, label)) in matrix.legend.iter().enumerate() {
             let (column, row) = (n as i32 % legend_columns, n as i32 / legend_columns);
-            let x = 2 * MARGIN + (WIDTH - 4 * MARGIN) / legend_columns * column;
+            let x = 2 * MARGIN + (page - 4 * MARGIN) / legend_columns * column;
             let y = foot + 8 + 26 * row;
             draw_tile(&root, tile, (x, y), (SAMPLE, SAMPLE))?;
             let place = (x + SAMPLE + 8, y + SAMPLE / 2);

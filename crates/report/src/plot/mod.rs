@@ -38,8 +38,8 @@ impl Drawing for Sheet {
     }
 }
 
-/// A sheet with three panels beside each other. They have one vertical axis a row, so all must have
-/// the same axes.
+/// A sheet on a slim page that can be read on a phone: two panels beside each other. They have one
+/// vertical axis a row, so all must have the same axes. The legend stands above them.
 pub struct Dense(pub Sheet);
 
 impl Drawing for Dense {
@@ -58,7 +58,20 @@ impl Drawing for Matrix {
         title: &str,
         description: &str,
     ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
-        matrix::svg(self, title, description)
+        matrix::svg(self, matrix::Labels::Beside, title, description)
+    }
+}
+
+/// A table on a slim page that can be read on a phone: the labels stand above the rows.
+pub struct Stacked(pub Matrix);
+
+impl Drawing for Stacked {
+    fn svg(
+        &self,
+        title: &str,
+        description: &str,
+    ) -> Result<String, DrawingAreaErrorKind<std::io::Error>> {
+        matrix::svg(&self.0, matrix::Labels::Above, title, description)
     }
 }
 

@@ -29,9 +29,13 @@ pub(crate) struct Arguments {
     #[arg(long)]
     fresh: bool,
     /// Take only the timings anew, of the runs that the record in the folder has (animation,
-    /// animation-long and rest)
+    /// animation-long, rest and work-precision)
     #[arg(long, conflicts_with_all = ["quick", "shard", "methods"])]
     timings: bool,
+    /// Take the timings N times, one round after the other; of each run the quickest timing counts
+    #[arg(long, value_name = "N", requires = "timings", default_value_t = 1,
+          value_parser = clap::value_parser!(u32).range(1..=20))]
+    rounds: u32,
 }
 
 /// The methods that studies compare.
@@ -79,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     for (place, experiment) in Place::each(&[experiment]) {
         if arguments.timings {
-            run.retime(experiment, place)?;
+            run.retime(experiment, place, arguments.rounds)?;
         } else {
             run.record(experiment, place)?;
         }
@@ -169,12 +173,12 @@ impl Run<'_> {
         Ok(missing.is_empty())
     }
 
-    /// Takes the timings of the runs of a record anew.
-    fn retime(&self, study: &dyn Study, place: Place) -> anyhow::Result<()> {
+    /// Takes the timings of the runs of a record anew, in so many rounds.
+    fn retime(&self, study: &dyn Study, place: Place, rounds: u32) -> anyhow::Result<()> {
         let name = timings_of(study);
         let journal = self.unfinished.journal(&name, self.quick)?;
         tell_kept(&name, &journal, "before the interruption");
-        let files = self.with(study, &journal, place, |context| study.retime(context))?;
+        let files = self.with(study, &journal, place, |context| study.retime(context, rounds))?;
         Ok(journal.finish(&files)?)
     }
 

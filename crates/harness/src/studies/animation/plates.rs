@@ -27,7 +27,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "animation-map.svg",
         title: "Which method has the cheapest frame",
         caption: MAP,
-        draw: Draw::Matrix(map_of_uses),
+        draw: Draw::Stacked(map_of_uses),
     },
     Plate {
         file: "animation-front.svg",
@@ -55,7 +55,7 @@ pub(super) const LONG_PLATES: &[Plate<Input>] = &[
         file: "animation-long-map.svg",
         title: "Larger cloth, five seconds: which method has the cheapest frame",
         caption: MAP,
-        draw: Draw::Matrix(map),
+        draw: Draw::Stacked(map),
     },
     Plate {
         file: "animation-long-cheapest.svg",

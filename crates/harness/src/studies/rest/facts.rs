@@ -183,3 +183,10 @@ pub struct TimingRow {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe_s: Option<f64>,
 }
+
+impl TimingRow {
+    /// Whether these are the times of this run.
+    pub fn is_of(&self, run: &Run) -> bool {
+        (&self.scene, &self.label, self.steps) == (&run.scene, &run.label, run.steps)
+    }
+}

@@ -38,10 +38,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
 
 fn time(input: &Input, run: &Run) -> Option<f64> {
     let rows = &input.timings.as_ref()?.rows;
-    let is_its = |row: &&TimingRow| {
-        (&row.scene, &row.label, row.steps) == (&run.scene, &run.label, run.steps)
-    };
-    rows.iter().find(is_its).map(|row| row.seconds)
+    rows.iter().find(|row| row.is_of(run)).map(|row| row.seconds)
 }
 
 fn runs<'a>(input: &'a Input, scene: &'a Scene) -> impl Iterator<Item = &'a Run> + Clone {

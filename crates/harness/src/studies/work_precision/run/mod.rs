@@ -15,7 +15,7 @@ use crate::facts::{Fact, fact};
 use crate::stability::STABLE;
 use crate::studies::clocked::disturbance;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene, TimingRow};
-use crate::studies::{Context, Measured, Start, Timing, prepared, taken};
+use crate::studies::{Again, Context, Measured, Recorded, Start, Timing, prepared, taken};
 use drape_report::Verdict;
 use front::LEVELS;
 use scenes::{Setting, cases};
@@ -29,9 +29,26 @@ pub(in crate::studies) const FOLLOWING: f64 = 0.5;
 
 /// The timings.
 pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
+    method: timing::method,
     about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
-    ..Timing::of(timing::method)
+    again: Some(Again { take: again, seconds: |row| row.seconds }),
 };
+
+/// Takes the timings of a record anew.
+fn again(
+    context: &Context<'_>,
+    facts: Facts,
+    recorded: &Recorded<'_>,
+) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
+    let mut timed = cases();
+    timed.retain(|case| case.is_timed() && facts.scenes.iter().any(|scene| scene.id == case.id()));
+    let settings = prepared(context, "references", &timed, Setting::new)?;
+    for setting in &settings {
+        recorded.same(&setting.scene.id, Some(setting), |setting| &setting.hash)?;
+    }
+    let rows = timing::rows(context, &recorded.part(&facts.rows), &settings, &facts)?;
+    Ok((facts, rows))
+}
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
@@ -62,8 +79,11 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let facts = ranked(scenes, rows);
     let hashes: std::collections::BTreeMap<_, _> =
         settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
-    let timings =
-        if context.quick { None } else { Some(timing::rows(context, &settings, &facts)?) };
+    let timings = if context.quick {
+        None
+    } else {
+        Some(timing::rows(context, "timings", &settings, &facts)?)
+    };
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(truth::SEED) })
 }
 

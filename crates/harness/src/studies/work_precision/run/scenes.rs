@@ -128,6 +128,11 @@ impl Case {
         self.side > SIDE && self.series.contains(&FIXED_MATERIAL)
     }
 
+    /// Whether its runs are timed.
+    pub(super) fn is_timed(&self) -> bool {
+        self.is_base() || self.is_finest() || (self.is_heavy && self.stiffness >= 1e6)
+    }
+
     /// The particle whose path is measured: the middle of the edge across from the pins. Where both
     /// edges are pinned, it is the middle of the sheet.
     pub(super) fn tracked(&self) -> usize {

@@ -29,14 +29,15 @@ const QUICK: f64 = 1e7;
 /// error.
 const NEAR: f64 = 8.0;
 
-/// Times the runs of small effort and those near the front.
+/// Times the runs of small effort and those near the front. `part` names them in a journal.
 pub(super) fn rows(
     context: &Context<'_>,
+    part: &str,
     settings: &[Setting],
     facts: &Facts,
 ) -> Result<Vec<TimingRow>, HarnessError> {
     let mut chosen = Vec::new();
-    for setting in settings.iter().filter(|setting| is_timed(setting)) {
+    for setting in settings.iter().filter(|setting| setting.case.is_timed()) {
         let rows = || rows_of(facts, &setting.scene.id);
         for row in rows() {
             let Some(variant) = VARIANTS.iter().find(|v| v.label == row.label) else { continue };
@@ -49,13 +50,7 @@ pub(super) fn rows(
             chosen.extend(row.runs.iter().filter(useful).map(|run| (setting, variant, run)));
         }
     }
-    timed(context, "timings", &chosen, |&(setting, variant, run)| time(setting, variant, run))?
-        .all()
-}
-
-fn is_timed(setting: &Setting) -> bool {
-    let case = &setting.case;
-    case.is_base() || case.is_finest() || (case.is_heavy && case.stiffness >= 1e6)
+    timed(context, part, &chosen, |&(setting, variant, run)| time(setting, variant, run))?.all()
 }
 
 fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, HarnessError> {
