@@ -549,7 +549,8 @@ mod tests {
         assert!(readme.lines().count() <= 150);
     }
 
-    /// A phone is about 400 pixels wide. A figure of 640 shows letters of 15 pixels there with 9.
+    /// A phone is about 400 pixels wide. A figure of 640 shows letters of 15 pixels there
+    /// with 9, and the least ones of the map, of 12.7, with 8.
     #[test]
     fn the_figures_on_the_first_page_can_be_read_on_a_phone() {
         let readme = std::fs::read_to_string(root().join("README.md")).unwrap();

@@ -11,13 +11,12 @@ const SCENE: &str = "on a ball, cotton-blend, light, n=400, 5 s";
 const LARGE: &str = "hanging, cotton-blend, light, n=10000";
 
 fn timings(study: &str, out: &Path) -> Output {
-    in_rounds(study, out, "1")
+    experiment(study, out, &["--timings"])
 }
 
-fn in_rounds(study: &str, out: &Path, rounds: &str) -> Output {
+fn experiment(study: &str, out: &Path, options: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_drape"));
-    command.args(["experiment", study, "--timings", "--rounds", rounds, "--out"]);
-    command.arg(out).output().unwrap()
+    command.args(["experiment", study]).args(options).arg("--out").arg(out).output().unwrap()
 }
 
 fn committed() -> Value {
@@ -89,7 +88,7 @@ fn runs_are_timed_in_rounds_and_repeat_their_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("work-precision.json");
     std::fs::write(&path, record.to_string()).unwrap();
-    let output = in_rounds("work-precision", folder.path(), "2");
+    let output = experiment("work-precision", folder.path(), &["--timings", "--rounds", "2"]);
     assert!(output.status.success(), "{output:?}");
     assert_eq!(read(&path)["facts"], record["facts"]);
     let timings = read(&folder.path().join("timings/work-precision.json"));
@@ -97,6 +96,19 @@ fn runs_are_timed_in_rounds_and_repeat_their_errors() {
     let rows = timings["rows"].as_array().unwrap();
     assert!(!rows.is_empty() && rows.iter().all(|row| row["is_verified"] == true), "{rows:?}");
     assert!(!folder.path().join(".unfinished").exists());
+}
+
+#[test]
+fn rounds_are_a_number_of_timings() {
+    let folder = tempfile::tempdir().unwrap();
+    for (options, expected) in
+        [(&["--timings", "--rounds", "0"][..], "1..=20"), (&["--rounds", "2"], "--timings")]
+    {
+        let output = experiment("rest", folder.path(), options);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(expected), "{said}");
+    }
 }
 
 #[test]
@@ -119,6 +131,10 @@ fn a_record_of_another_scene_is_refused_before_anything_is_timed() {
     let runs = record["facts"]["runs"].as_array_mut().unwrap();
     runs[0]["scene"] = "in a storm".into();
     let said = refused("animation-long", &record);
+    assert!(said.contains("`in a storm`") && said.contains("is unknown to this program"), "{said}");
+    let mut record = of("work-precision");
+    record["facts"]["scenes"][0]["id"] = "in a storm".into();
+    let said = refused("work-precision", &record);
     assert!(said.contains("`in a storm`") && said.contains("is unknown to this program"), "{said}");
 }
 

@@ -48,14 +48,10 @@ pub enum ReportError {
 impl ReportError {
     /// Whether the user's input is at fault: there are no records, or files that are not records.
     pub fn is_bad_input(&self) -> bool {
-        matches!(
-            self,
-            Self::NoRecords { .. }
-                | Self::Record(
-                    RecordError::Format { .. }
-                        | RecordError::Unfit { .. }
-                        | RecordError::Kind { .. }
-                )
-        )
+        match self {
+            Self::NoRecords { .. } => true,
+            Self::Record(error) => error.is_bad_input(),
+            Self::Draw { .. } | Self::Picture { .. } | Self::Page { .. } => false,
+        }
     }
 }

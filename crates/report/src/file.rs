@@ -53,6 +53,13 @@ pub enum RecordError {
     },
 }
 
+impl RecordError {
+    /// Whether the user's input is at fault: the file is no record, or one of another kind.
+    pub fn is_bad_input(&self) -> bool {
+        !matches!(self, Self::Io { .. })
+    }
+}
+
 /// Most bytes of a record.
 const MOST_BYTES: u64 = 4 << 30;
 

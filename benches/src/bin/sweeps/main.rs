@@ -6,7 +6,7 @@
 //!
 //! The public program is `SolverXPBD` of the physics engine Newton, which `programs/newton_xpbd.py`
 //! times. Both move the [`HangingSheet`] with damping along the springs, where both have the same
-//! formulas; `drape_oracle::published` shows that. The time of a *sweep* is a hundredth of the
+//! formulas, except by lines; `drape_oracle::published` shows that. The time of a *sweep* is a hundredth of the
 //! difference between a step of 101 sweeps and a step of one. So it contains neither the prediction
 //! nor the start of a program. Beside them stands a sweep over the same springs that adds up their
 //! forces: on the grid, there also with full damping, which takes less time, and on the same springs
@@ -191,7 +191,8 @@ fn table(all: &[Times], package: &str, cpu: &str, rounds: u32) -> String {
         "# A sweep of XPBD beside that of a public program\n\n\
          The hanging sheet, N × N particles row by row, with tension, shear and bending springs, k/m = 1e4/s², damping along \
          the springs. `SolverXPBD` of {package} adds up the corrections of all springs, in single precision; drape takes the \
-         springs one after the other, in double precision. Time of one sweep, µs, and the public program's time over that of \
+         springs one after the other, or a line of them at once (*by lines*, which solves other equations), in \
+         double precision. Time of one sweep, µs, and the public program's time over that of \
          drape: median of {rounds} rounds, in brackets the least and the greatest. {cpu}, one thread. \
          `taskset -c 1 cargo run --release -p drape-benches --bin sweeps -- --python PYTHON` makes this page.{CHECKED}\n\n\
          | N | springs | public program, µs |"

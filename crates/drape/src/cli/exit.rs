@@ -89,8 +89,8 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::UnknownClaim { .. }
         | HarnessError::NoOwnTimings { .. }
         | HarnessError::OtherScene { .. } => true,
+        HarnessError::Record(error) => error.is_bad_input(),
         HarnessError::Step(_)
-        | HarnessError::Record(_)
         | HarnessError::Reference(_)
         | HarnessError::Elsewhere
         | HarnessError::Late => false,

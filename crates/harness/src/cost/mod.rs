@@ -1,7 +1,7 @@
 //! What counted work costs: a common currency for methods whose kernels differ.
 //!
-//! A visit of a spring takes 1.3 ns in a sweep of forces and ten times as long in a sweep over
-//! constraints, so visits alone cannot rank methods of different kinds. The *modelled time* of a
+//! A visit of a spring takes some 2 ns in a sweep of forces and three to eight times as long in a
+//! sweep over constraints, so visits alone cannot rank methods of different kinds. The *modelled time* of a
 //! run multiplies its visits of each kind by a price, and adds up the products:
 //!
 //! ```text

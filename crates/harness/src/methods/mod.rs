@@ -337,6 +337,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_misspelt_id_gets_the_nearest_one_and_a_strange_one_gets_none() {
+        let said = |id: &str| MethodError::unknown(id).to_string();
+        for (id, nearest) in [("symplectic-eulr", "symplectic-euler"), ("bdf", "bdf2")] {
+            assert!(said(id).contains(&format!("(nearest: `{nearest}`)")), "{}", said(id));
+        }
+        assert!(
+            said("newmark").starts_with("no method `newmark`; expected"),
+            "{}",
+            said("newmark")
+        );
+    }
+
+    #[test]
     fn a_short_id_names_what_differs_from_the_defaults() {
         let short = |text: &str| Choice::parse(text, &[]).map(|choice| choice.short_id());
         for method in all() {

@@ -126,18 +126,19 @@
 //!   Two equal springs rest `β C/(2 − β)` off the middle, `β = θ/(1+θ)`, with their stretch `C`.
 //! * *Order* on a smooth sheet with damping: 1.00. With `order=2`: 2.00 without damping, 1.01 with
 //!   it, 2.00 with `iterations=2`.
-//! * *Cost*, on one core of a Zen 5. A sweep over tension, shear and bending springs with damping
+//! * *Cost*, on one core of an AMD EPYC (family 25, model 1), beside other work. A sweep over tension, shear and bending springs with damping
 //!   along them, in groups (module `lanes`), and by `SolverXPBD` of Newton 1.8.0 on the same sheet
 //!   (`results/sweeps.md`, which the bench `sweeps` makes):
 //!
 //!   | sheet | springs | as listed | by colours | Newton |
 //!   |---|---|---|---|---|
-//!   | 20 × 20 | 2202 | 14 µs | 9 µs | 52 µs |
-//!   | 52 × 52 | 15 706 | 68 µs | 60 µs | 183 µs |
-//!   | 100 × 100 | 59 002 | 244 µs | 229 µs | 611 µs |
+//!   | 20 × 20 | 2202 | 22 µs | 16 µs | 115 µs |
+//!   | 52 × 52 | 15 706 | 141 µs | 122 µs | 463 µs |
+//!   | 100 × 100 | 59 002 | 501 µs | 496 µs | 1624 µs |
 //!
-//!   Full damping takes a tenth more. Counted by operations a sweep is 1.5 forces; by time it is 3
-//!   to 4 (forces of `symplectic-euler` in `results/profile.md`).
+//!   Full damping takes a tenth more. Counted by operations a sweep is 1.5 forces. As listed
+//!   it takes 0.7 to 0.9 times as long as a sweep for forces with the same damping, and about twice as
+//!   long as one with full damping on a grid.
 //! * *Public code.* `SolverXPBD` of the physics engine Newton 1.8.0 (warp-lang 1.19.0) has the same
 //!   (X4), with `λ` from 0 in each step, in single precision. It adds up the corrections of all
 //!   springs in a sweep, as Jacobi's method does. Where springs share no particle that is the same

@@ -27,7 +27,8 @@ const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 
 /// Two panels beside each other on a slim page, for panels with the same axes.
 const DENSE_COLUMNS: usize = 2;
-const DENSE_WIDTH: i32 = 640;
+/// Width of a slim page.
+pub(super) const SLIM: i32 = 640;
 /// Size and line of the names above a dense panel, and the height of what it plots.
 const SMALL_FONT: f64 = 14.0;
 const SMALL_LINE: i32 = 18;
@@ -83,7 +84,7 @@ pub(super) fn svg(
 ) -> Result<String, Failure> {
     let wide = sheet.panels.len() == 1 || sheet.panels.iter().any(|panel| !panel.bars.is_empty());
     let (page, columns) = match layout {
-        Layout::Dense => (DENSE_WIDTH, DENSE_COLUMNS),
+        Layout::Dense => (SLIM, DENSE_COLUMNS),
         Layout::Wide => (WIDTH, if wide { 1 } else { 2 }),
     };
     let letters = |most: i32| (most * page / WIDTH) as usize;

@@ -1,7 +1,7 @@
 //! A table of coloured tiles with a letter in each: verdicts of rows × columns.
 
 use super::draw::{
-    Area, CHARACTER, Failure, LINE, MARGIN, WIDTH, plain, text_style, with_description,
+    Area, CHARACTER, Failure, LINE, MARGIN, SLIM, WIDTH, plain, text_style, with_description,
 };
 use super::style::{FONT, FRAME, GRID, INK, TITLE_FONT};
 use crate::number::wrap;
@@ -95,8 +95,7 @@ const SAMPLE: i32 = 20;
 /// Characters here are known to be mostly narrow: a little less than in legends of curves.
 const NARROW: i32 = CHARACTER - 1;
 
-/// Width of a table whose labels stand above the rows, and the height of such a label.
-const SLIM: i32 = 640;
+/// Height of a label above a row.
 const LABEL: i32 = 26;
 
 /// Where the labels of the rows stand.
@@ -145,7 +144,7 @@ pub(super) fn svg(
         tiles.iter().any(|tile| tile.text.contains('\n') || width_of(&tile.text) > room)
     });
     let least = if is_broken { TWO_LINES } else { *ROW.start() };
-    let tile_height = ((HEIGHT - others) / count.max(1)).clamp(least, *ROW.end());
+    let tile_height = ((HEIGHT - others) / count.max(1) - label).clamp(least, *ROW.end());
     let row_height = label + tile_height;
     let foot = top + row_height * count + 14;
     let height = foot + legend_height + MARGIN;

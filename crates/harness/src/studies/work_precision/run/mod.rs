@@ -9,16 +9,16 @@ mod timing;
 pub(in crate::studies) mod truth;
 pub(in crate::studies) mod variants;
 
-use crate::HarnessError;
 use crate::cost::{Counted, Prices};
 use crate::facts::{Fact, fact};
 use crate::stability::STABLE;
 use crate::studies::clocked::disturbance;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene, TimingRow};
 use crate::studies::{Again, Context, Measured, Recorded, Start, Timing, prepared, taken};
+use crate::{HarnessError, system_hash};
 use drape_report::Verdict;
 use front::LEVELS;
-use scenes::{Setting, cases};
+use scenes::{Case, Setting, cases};
 use serde_json::json;
 use variants::VARIANTS;
 
@@ -40,12 +40,14 @@ fn again(
     facts: Facts,
     recorded: &Recorded<'_>,
 ) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
-    let mut timed = cases();
-    timed.retain(|case| case.is_timed() && facts.scenes.iter().any(|scene| scene.id == case.id()));
-    let settings = prepared(context, "references", &timed, Setting::new)?;
-    for setting in &settings {
-        recorded.same(&setting.scene.id, Some(setting), |setting| &setting.hash)?;
+    let mut timed = Vec::new();
+    for scene in &facts.scenes {
+        let own = cases().into_iter().find(|case| case.id() == scene.id);
+        let hashed = own.map(|case| Ok::<_, HarnessError>((system_hash(&case.spec()?), case)));
+        let (_, case) = recorded.same(&scene.id, hashed.transpose()?, |(hash, _)| hash)?;
+        timed.extend(Some(case).filter(Case::is_timed));
     }
+    let settings = prepared(context, "references", &timed, Setting::new)?;
     let rows = timing::rows(context, &recorded.part(&facts.rows), &settings, &facts)?;
     Ok((facts, rows))
 }
