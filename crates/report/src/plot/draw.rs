@@ -28,7 +28,7 @@ const RULE_DASHES: [(i32, i32); 2] = [(12, 5), (2, 4)];
 /// Two panels beside each other on a slim page, for panels with the same axes.
 const DENSE_COLUMNS: usize = 2;
 /// Width of a slim page.
-pub(super) const SLIM: i32 = 640;
+pub(super) const SLIM: i32 = 680;
 /// Size and line of the names above a dense panel, and the height of what it plots.
 const SMALL_FONT: f64 = 14.0;
 const SMALL_LINE: i32 = 18;

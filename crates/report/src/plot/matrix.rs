@@ -88,6 +88,10 @@ const ROW: std::ops::RangeInclusive<i32> = 25..=48;
 const TWO_LINES: i32 = 42;
 /// Least size of a letter in a tile, over the usual one.
 const LEAST_SHARE: f64 = 0.7;
+/// A letter in a tile is no smaller than this where it fits, px.
+const LEAST_FONT: f64 = 14.0;
+/// Mean width of a character, over its size.
+const EM: f64 = 0.56;
 /// Height that a table should have.
 const HEIGHT: i32 = 560;
 /// Side of a tile in the legend.
@@ -245,7 +249,8 @@ pub(super) fn draw_tile(
     for (n, line) in lines.into_iter().enumerate() {
         // Where a name alone is too long it is written smaller.
         let share = f64::from(width) / f64::from(width_of(line).max(1));
-        let size = FONT * share.clamp(LEAST_SHARE, 1.0);
+        let fitting = f64::from(width) / (EM * line.chars().count().max(1) as f64);
+        let size = (FONT * share.clamp(LEAST_SHARE, 1.0)).max(fitting.min(LEAST_FONT));
         let ink = tile.shade.ink();
         let style = text_style(size, FontStyle::Normal, ink, HPos::Center, VPos::Center);
         root.draw_text(line, &style, (left + width / 2, middle + LINE * n as i32))?;

@@ -371,7 +371,7 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
 
 /// The map, with a note about two uses. The long study has no row for these.
 fn map_of_uses(input: &Input) -> Option<Matrix> {
-    let uses = "A curtain in a film: the row at 24 Hz. A skirt in a game: the row on a ball.";
+    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball.";
     let mut map = map(input)?;
     map.notes.push(uses.to_owned());
     Some(map)
