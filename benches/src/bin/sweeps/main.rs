@@ -6,11 +6,11 @@
 //!
 //! The public program is `SolverXPBD` of the physics engine Newton, which `programs/newton_xpbd.py`
 //! times. Both move the [`HangingSheet`] with damping along the springs, where both have the same
-//! formulas, except by lines; `drape_oracle::published` shows that. The time of a *sweep* is a hundredth of the
-//! difference between a step of 101 sweeps and a step of one. So it contains neither the prediction
-//! nor the start of a program. Beside them stands a sweep over the same springs that adds up their
-//! forces: on the grid, there also with full damping, which takes less time, and on the same springs
-//! in random order, where nothing shows the grid.
+//! formulas, except by lines; `drape_oracle::published` shows that. The time of a *sweep* is a
+//! hundredth of the difference between a step of 101 sweeps and a step of one. So it contains neither
+//! the prediction nor the start of a program. Beside them stands a sweep over the same springs that
+//! adds up their forces: on the grid, there also with full damping, which takes less time, and on
+//! the same springs in random order, where nothing shows the grid.
 //!
 //! The programs take turns. A ratio divides two times of the same round, so both sides see the same
 //! machine. Each program uses one thread; `taskset` keeps both on one core.
