@@ -52,7 +52,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("backward-euler", LOOSE),
             work::extra("backward-euler, tight", EXACT),
             work::extra("backward-euler, auto", "backward-euler:residual=1e-3"),
-            work::extra("backward-euler, safeguarded", SAFEGUARDED),
+            work::main("backward-euler, safeguarded", SAFEGUARDED),
             work::adaptive("backward-euler, adaptive", LOOSE),
         ],
         scaling: &[Contender { label: "backward-euler", method: LOOSE, largest: 100 }],

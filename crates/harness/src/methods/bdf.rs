@@ -53,7 +53,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::headline("bdf2", LOOSE),
             work::extra("bdf2, tight", EXACT),
             work::extra("bdf2, auto", "bdf2:residual=1e-3"),
-            work::extra("bdf2, safeguarded", SAFEGUARDED),
+            work::main("bdf2, safeguarded", SAFEGUARDED),
             work::adaptive("bdf2, adaptive", LOOSE),
         ],
         scaling: &[Contender {

@@ -59,7 +59,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::extra("dirk, saved factor", "dirk:residual=1e-3,jacobian=saved,solver=cholesky"),
             work::extra("dirk, one CG solve a stage", LINEARISED),
             work::extra("dirk, auto", "dirk:residual=1e-3"),
-            work::extra("dirk, safeguarded", SAFEGUARDED),
+            work::main("dirk, safeguarded", SAFEGUARDED),
             work::extra("dirk, esdirk3", ESDIRK3),
             work::extra("dirk, sdirk4", SDIRK4),
         ],

@@ -61,7 +61,7 @@ pub(super) static ENTRY: Entry = Entry {
         work_precision: &[
             work::main("generalized-alpha", "generalized-alpha:residual=1e-3,solver=cholesky"),
             work::extra("generalized-alpha, auto", "generalized-alpha:residual=1e-3"),
-            work::extra("generalized-alpha, safeguarded", SAFEGUARDED),
+            work::main("generalized-alpha, safeguarded", SAFEGUARDED),
         ],
         animation: &[
             Film::ladder("generalized-alpha, safeguarded auto", SAFEGUARDED),

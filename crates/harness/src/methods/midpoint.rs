@@ -42,7 +42,7 @@ pub(super) static ENTRY: Entry = Entry {
             work::main("midpoint", LOOSE),
             work::extra("midpoint, one CG solve", LINEARISED),
             work::extra("midpoint, auto", "midpoint:residual=1e-3"),
-            work::extra("midpoint, safeguarded", SAFEGUARDED),
+            work::main("midpoint, safeguarded", SAFEGUARDED),
             work::adaptive("midpoint, adaptive", LOOSE),
         ],
         animation: &[
