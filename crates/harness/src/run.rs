@@ -162,6 +162,7 @@ pub struct Runner<'a> {
     has_processor: bool,
     ledger: bool,
     budget: Option<f64>,
+    is_paced: bool,
     reference: Option<f64>,
     numbering: Option<&'a Numbering>,
     stop: Option<Stop<'a>>,
@@ -200,6 +201,7 @@ impl<'a> Runner<'a> {
             has_processor: false,
             ledger: false,
             budget: None,
+            is_paced: false,
             reference: None,
             numbering: None,
             stop: None,
@@ -230,6 +232,12 @@ impl<'a> Runner<'a> {
     /// Ends the run when its [effort](Outcome::effort) exceeds a limit.
     pub fn budget(self, effort: impl Into<Option<f64>>) -> Self {
         Self { budget: effort.into(), ..self }
+    }
+
+    /// Ends the run as [over budget](Outcome::is_over_budget) early, too: as soon as a tenth of the
+    /// budget is spent, if the whole run at the same pace would take more than twice the budget.
+    pub(crate) fn paced(self) -> Self {
+        Self { is_paced: true, ..self }
     }
 
     /// Counts the steps that raise the energy by more than round-off, given `E_ref`, J.
