@@ -599,7 +599,7 @@ mod tests {
         };
         let (early, late) = (paced(1.0 / 3.0), paced(2.0 / 3.0));
         assert!(early.is_over_budget && late.is_over_budget);
-        let share = |run: &Outcome, limit: f64| run.effort / (limit * all.effort);
+        let share = |run: &crate::Outcome, limit: f64| run.effort / (limit * all.effort);
         assert!((0.1..0.2).contains(&share(&early, 1.0 / 3.0)), "{}", early.effort / all.effort);
         assert!(share(&late, 2.0 / 3.0) > 1.0, "{}", late.effort / all.effort);
         assert!(!paced(1.0).is_over_budget && paced(1.0).steps == 200);

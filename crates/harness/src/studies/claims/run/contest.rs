@@ -5,11 +5,15 @@
 //! until the place of a method is decided. So what is recorded is exact, and what is far behind is
 //! given up early: of a method that a claim names, too, slow forms end soon after its fastest. A form
 //! whose run is exact enough is not run finer.
+//!
+//! Many claims ask about the same sheets. What one contest has computed on a sheet, its reference and
+//! its runs, the others take over.
 
 use crate::HarnessError;
 use crate::claims::places::{FIRST, Ground, TRUSTED};
 use crate::cost::prices;
 use crate::methods::Choice;
+use crate::run::starts::starts_from;
 use crate::run::{Runner, Simulation};
 use crate::studies::claims::facts::Number;
 use crate::studies::work_precision::facts::{Row, Run, cheapest};
@@ -20,6 +24,8 @@ use drape_integrator::PrepareError;
 use drape_model::{ObstacleSpec, State, System, SystemSpec, TimeSpan};
 use drape_report::Verdict;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Light damping over mass, 1/s.
 const LIGHT: f64 = 40.0;
@@ -42,6 +48,9 @@ const MOST_OF_REFERENCE: f64 = 1e10;
 /// The ball: its highest point is 0.05 m below the middle of the sheet.
 const BALL: ([f64; 3], f64) = ([0.0, 0.0, -0.25], 0.2);
 
+/// The sheets of all contests so far, by name.
+static SHEETS: Mutex<BTreeMap<String, Arc<Setting>>> = Mutex::new(BTreeMap::new());
+
 /// A sheet with its exact solution, on which methods compete.
 pub(super) struct Contest {
     pub(super) setting: Setting,
@@ -61,7 +70,27 @@ struct Effort {
 
 impl Contest {
     pub(super) fn new(ground: Ground) -> Result<Self, HarnessError> {
-        let (case, spec) = (case(&ground), spec(&ground)?);
+        let known = || SHEETS.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = ground.name();
+        let kept = known().get(&name).cloned();
+        let setting = match kept {
+            Some(kept) => {
+                // A claim starts runs from it, even if all are known.
+                starts_from(&kept.simulation);
+                kept
+            }
+            None => {
+                // Nobody waits for a reference: another contest may compute the same.
+                let setting = Arc::new(Self::sheet(&ground)?);
+                known().entry(name).or_insert(setting).clone()
+            }
+        };
+        Ok(Self { setting: (*setting).clone(), ground })
+    }
+
+    /// A sheet with its reference, which keeps the runs on it.
+    fn sheet(ground: &Ground) -> Result<Setting, HarnessError> {
+        let (case, spec) = (case(ground), spec(ground)?);
         // Contact leaves no method its order: above the ball the cheaper steps serve.
         let (method, shares) =
             if ground.has_ball { (VERLET, [0.125, 0.25]) } else { (NYSTROM, [0.5, 0.95]) };
@@ -74,12 +103,13 @@ impl Contest {
         };
         // The looser reference starts from a cloth that noise has moved: its distance from the
         // other is the error and the noise.
-        let setting = Setting::of(&case, &spec, 0.0, |system, state| {
+        let mut setting = Setting::of(&case, &spec, 0.0, |system, state| {
             let moved = perturbed(system, state);
             let (tight, loose) = rayon::join(|| end(system, state, 0), || end(system, &moved, 1));
             Ok([tight?, loose?])
         })?;
-        Ok(Self { setting, ground })
+        setting.kept = Some(Arc::default());
+        Ok(setting)
     }
 
     /// The sheet at its start.

@@ -11,6 +11,8 @@ use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
 use drape_model::{State, TimeSpan};
 use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
 use drape_report::Verdict;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Number of steps of the coarsest run of a method whose step stiffness does not limit.
@@ -47,6 +49,30 @@ pub(super) struct Timed {
     pub(super) nanoseconds: u64,
 }
 
+/// Runs on one scene, each with its budget in visits of a spring, by their form and the value of its
+/// knob.
+#[derive(Debug, Default)]
+pub(in crate::studies) struct KeptRuns(Mutex<HashMap<Which, Vec<(f64, Run)>>>);
+
+/// The label of a form, and the bits of the value of its knob.
+type Which = (&'static str, u64);
+
+impl KeptRuns {
+    /// The run that this budget would give: one that fits it, or one that had the same budget.
+    fn get(&self, variant: &Variant, value: f64, budget: f64) -> Option<Run> {
+        let fits = |run: &Run| run.verdict != Verdict::OverBudget && run.effort <= budget;
+        let runs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_value = runs.get(&(variant.label, value.to_bits()))?;
+        let same = |(limit, run): &&(f64, Run)| fits(run) || limit.to_bits() == budget.to_bits();
+        of_value.iter().find(same).map(|(_, run)| run.clone())
+    }
+
+    fn put(&self, variant: &Variant, value: f64, budget: f64, run: &Run) {
+        let mut runs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        runs.entry((variant.label, value.to_bits())).or_default().push((budget, run.clone()));
+    }
+}
+
 impl Setting {
     /// All runs of a variant, coarsest first. They end when the error of a run without a flaw is
     /// small enough or the budget is spent, and before a run that is expected to take more than
@@ -76,7 +102,7 @@ impl Setting {
             let run = if expected > self.budget(variant) {
                 self.not_begun(variant, value)?
             } else {
-                self.run(variant, value)?.run
+                self.run_once(variant, value)?
             };
             let is_enough =
                 run.flaw.is_none() && run.error.is_some_and(|error| error < self.enough);
@@ -113,6 +139,19 @@ impl Setting {
                 doubled.take_while(|steps| *steps <= MOST).map(f64::from).collect()
             }
         }
+    }
+
+    /// Makes one run, or takes over what another row has kept.
+    fn run_once(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
+        let budget = self.budget(variant);
+        if let Some(run) = self.kept.as_ref().and_then(|kept| kept.get(variant, value, budget)) {
+            return Ok(run);
+        }
+        let run = self.run(variant, value)?.run;
+        if let Some(kept) = &self.kept {
+            kept.put(variant, value, budget, &run);
+        }
+        Ok(run)
     }
 
     /// Makes one run and takes its time.

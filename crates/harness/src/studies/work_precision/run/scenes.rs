@@ -1,5 +1,6 @@
 //! The scenes: how the sheet is held and starts, its stiffness, damping and size.
 
+use super::runs::KeptRuns;
 use super::truth::Truth;
 use crate::run::Simulation;
 use crate::studies::sheet::{GRAVITY, Sheet};
@@ -8,6 +9,7 @@ use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
 use drape_oracle::order::position_error;
 use drape_oracle::reference::{ReferenceSettings, adaptive};
+use std::sync::Arc;
 
 /// How a sheet is held and starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,6 +241,8 @@ pub(in crate::studies) struct Setting {
     /// The true motions, for studies that judge more than the positions at the end. A run is
     /// compared with the nearest.
     pub(super) truth: Option<Truth>,
+    /// Keeps the runs for other rows on the same scene; `None` where no other row has the same.
+    pub(in crate::studies) kept: Option<Arc<KeptRuns>>,
 }
 
 impl Setting {
@@ -290,6 +294,7 @@ impl Setting {
             hash,
             scene,
             truth: None,
+            kept: None,
         })
     }
 
