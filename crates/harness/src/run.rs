@@ -162,7 +162,6 @@ pub struct Runner<'a> {
     has_processor: bool,
     ledger: bool,
     budget: Option<f64>,
-    is_paced: bool,
     reference: Option<f64>,
     numbering: Option<&'a Numbering>,
     stop: Option<Stop<'a>>,
@@ -201,7 +200,6 @@ impl<'a> Runner<'a> {
             has_processor: false,
             ledger: false,
             budget: None,
-            is_paced: false,
             reference: None,
             numbering: None,
             stop: None,
@@ -232,12 +230,6 @@ impl<'a> Runner<'a> {
     /// Ends the run when its [effort](Outcome::effort) exceeds a limit.
     pub fn budget(self, effort: impl Into<Option<f64>>) -> Self {
         Self { budget: effort.into(), ..self }
-    }
-
-    /// Ends the run as [over budget](Outcome::is_over_budget) early, too: as soon as a tenth of the
-    /// budget is spent, if the whole run at the same pace would take more than twice the budget.
-    pub(crate) fn paced(self) -> Self {
-        Self { is_paced: true, ..self }
     }
 
     /// Counts the steps that raise the energy by more than round-off, given `E_ref`, J.

@@ -77,11 +77,6 @@ fn springs(system: &System) -> usize {
     springs
 }
 
-/// Share of its budget after which a run is judged by its pace.
-const EARLY: f64 = 0.1;
-/// A whole run that would take so many budgets at its pace ends there.
-const HOPELESS: f64 = 2.0;
-
 /// The plan of a run, checked.
 #[derive(Debug)]
 pub(super) struct Plan {
@@ -91,18 +86,15 @@ pub(super) struct Plan {
     has_processor: bool,
     ledger: bool,
     budget: Option<f64>,
-    is_paced: bool,
 }
 
 impl Plan {
     pub(super) fn of(runner: &Runner<'_>) -> Result<Self, HarnessError> {
-        let Runner { schedule, series, phases, has_processor, ledger, budget, is_paced, .. } =
-            runner;
+        let Runner { schedule, series, phases, has_processor, ledger, budget, .. } = runner;
         schedule.time.check("time.step_s", "time.duration_s")?;
-        let (series, phases, ledger) = (*series, *phases, *ledger);
-        let (budget, is_paced) = (*budget, *is_paced);
+        let (series, phases, ledger, budget) = (*series, *phases, *ledger, *budget);
         let (schedule, has_processor) = (schedule.clone(), *has_processor);
-        Ok(Self { schedule, series, phases, has_processor, ledger, budget, is_paced })
+        Ok(Self { schedule, series, phases, has_processor, ledger, budget })
     }
 }
 
@@ -111,7 +103,6 @@ impl Plan {
 pub(crate) struct Progress {
     schedule: Schedule,
     budget: Option<f64>,
-    is_paced: bool,
     /// Steps of the whole run.
     steps: u64,
     /// Time at its start, s.
@@ -142,7 +133,7 @@ impl Progress {
         simulation: &mut Simulation,
     ) -> Result<Self, HarnessError> {
         super::starts::starts_from(simulation);
-        let Plan { schedule, series, phases, has_processor, ledger, budget, is_paced } = plan;
+        let Plan { schedule, series, phases, has_processor, ledger, budget } = plan;
         let Simulation { system, state } = simulation;
         let steps = schedule.steps();
         let begin = Instant::now();
@@ -155,7 +146,6 @@ impl Progress {
         Ok(Self {
             schedule,
             budget,
-            is_paced,
             steps,
             start: state.t,
             changed: 0,
@@ -236,18 +226,11 @@ impl Progress {
             self.outcome.divergence = Some(Divergence { step, time, criterion, is_outside });
             return Ok(false);
         }
-        let is_spent = is_stopped || self.budget.is_some_and(|limit| self.is_spent(step, limit));
+        let is_spent = is_stopped || self.budget.is_some_and(|limit| self.outcome.effort > limit);
         let is_last = step >= self.steps;
         self.outcome.is_over_budget = is_spent && !is_last;
         self.is_over = is_spent || is_last;
         Ok(!self.is_over)
-    }
-
-    /// Whether the run has spent its budget after this step, or will by far.
-    fn is_spent(&self, step: u64, limit: f64) -> bool {
-        let effort = self.outcome.effort;
-        let whole = effort * self.steps as f64 / step as f64;
-        effort > limit || (self.is_paced && effort > EARLY * limit && whole > HOPELESS * limit)
     }
 
     /// Makes the changes of the schedule that are due.

@@ -72,7 +72,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tell!(
             "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
         );
-        tell!("left as they were: the timings of regret; `drape experiment regret` takes them");
+        tell!(
+            "left as they were: the timings of regret and of work-precision; `drape experiment` \
+             takes them"
+        );
     }
     tell!(
         "done in {:.1} s; read {}",

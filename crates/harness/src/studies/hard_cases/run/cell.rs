@@ -168,7 +168,7 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
     let mut tally = Tally::default();
     for start in &stage.starts {
         let runner = Runner::by(&choice, &setup.schedule).reference(reference.energy);
-        match runner.budget(BUDGET).paced().count(start) {
+        match runner.budget(BUDGET).count(start) {
             Ok(run) => tally.add(&run, *reference),
             Err(HarnessError::Prepare(refusal)) => {
                 cell.verdict = Verdict::Refused;

@@ -93,8 +93,7 @@ pub(super) fn method() -> String {
          Three of its rules were derived after first runs had failed: for terzopoulos-fleischer; \
          for baraff-witkin and the two-step methods in H16; and for the divided steps of leapfrog \
          in H14. A run ends over budget after {BUDGET:e} visits of a spring, which are counted, \
-         not timed. It ends after a tenth of them if the whole would take more than twice as many \
-         at that pace.",
+         not timed.",
         SEEDS.len()
     )
 }

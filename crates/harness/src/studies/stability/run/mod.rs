@@ -53,8 +53,7 @@ pub(super) fn method() -> String {
          edge gets less than half as far from its start as in the true motion. Starts are \
          perturbed by up to 1e-4 mesh widths. Where the verdict changes from one step to the \
          next, {} starts run and the worst verdict counts. A run ends over budget after {:e} \
-         visits of a spring, or after a tenth of them if the whole would take more than twice as \
-         many at that pace. Limits: the step is doubled until a run fails; bisection then finds \
+         visits of a spring. Limits: the step is doubled until a run fails; bisection then finds \
          the limit to 5 %. Pair: two free particles on a spring of rest length 0 with k/m = 10⁴ \
          s⁻², which is a linear system. A step is stable if the energy in the last quarter of the \
          run is at most 1.02 times that in the first. Sheet: as in the atlas; theory takes the \

@@ -52,7 +52,7 @@ pub(super) fn run(
     let midpoint = ((SIDE - 1) * SIDE + SIDE / 2) as usize;
     let start = simulation.state.x[midpoint];
     let (mut reach, mut lasted) = (0.0_f64, false);
-    let runner = Runner::by(choice, schedule).budget(limit).paced().observe(|moment| {
+    let runner = Runner::by(choice, schedule).budget(limit).observe(|moment| {
         let time = schedule.elapsed(moment.step);
         // A first step that is longer than the duration still counts.
         if time <= DURATION * (1.0 + 1e-9) {

@@ -81,10 +81,10 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let facts = ranked(scenes, rows);
     let hashes: std::collections::BTreeMap<_, _> =
         settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
-    let timings = if context.quick {
-        None
-    } else {
+    let timings = if context.long && !context.quick {
         Some(timing::rows(context, "timings", &settings, &facts)?)
+    } else {
+        None
     };
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(truth::SEED) })
 }

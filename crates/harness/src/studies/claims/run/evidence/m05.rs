@@ -17,7 +17,7 @@ pub(super) const TRIAL: Trial = Trial {
             .to_owned()
     },
     portable: false,
-    is_quick: true,
+    is_quick: false,
     run: evidence,
     seconds: None,
 };
