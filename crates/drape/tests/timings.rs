@@ -120,7 +120,7 @@ fn a_record_of_another_format_is_refused() {
 }
 
 #[test]
-fn a_record_of_another_scene_is_refused_before_anything_is_timed() {
+fn a_record_of_another_scene_or_form_is_refused_before_anything_is_timed() {
     let mut record = committed();
     record["provenance"]["scene_sha256"][LARGE] = "0123".into();
     let said = refused("animation-long", &record);
@@ -136,6 +136,13 @@ fn a_record_of_another_scene_is_refused_before_anything_is_timed() {
     record["facts"]["scenes"][0]["id"] = "in a storm".into();
     let said = refused("work-precision", &record);
     assert!(said.contains("`in a storm`") && said.contains("is unknown to this program"), "{said}");
+    let mut record = of("work-precision");
+    record["facts"]["rows"][0]["label"] = "crank-nicolson".into();
+    let said = refused("work-precision", &record);
+    assert!(
+        said.contains("no form `crank-nicolson`") && said.contains("compute the record"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -125,6 +125,18 @@ pub enum HarnessError {
         /// How it differs.
         found: String,
     },
+    /// A record has a form of a method that this program does not have.
+    #[error(
+        "{}: this program has no form `{label}`; expected the forms of this program, so compute the \
+         record anew",
+        record.display()
+    )]
+    OtherForm {
+        /// The record.
+        record: PathBuf,
+        /// The label of the form.
+        label: String,
+    },
     /// No such claim.
     #[error("no claim `{id}`; expected one of: {known}")]
     UnknownClaim {

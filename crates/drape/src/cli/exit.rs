@@ -88,7 +88,8 @@ fn classify(error: &anyhow::Error) -> u8 {
         | HarnessError::UnknownStart { .. }
         | HarnessError::UnknownClaim { .. }
         | HarnessError::NoOwnTimings { .. }
-        | HarnessError::OtherScene { .. } => true,
+        | HarnessError::OtherScene { .. }
+        | HarnessError::OtherForm { .. } => true,
         HarnessError::Record(error) => error.is_bad_input(),
         HarnessError::Step(_)
         | HarnessError::Reference(_)

@@ -62,6 +62,8 @@ pub(super) trait Stage: Sync {
     fn is_timed(run: &Self::Run) -> bool;
     /// Times a run.
     fn time(&self, run: &Self::Run) -> Result<Self::Row, HarnessError>;
+    /// The seconds of a timing.
+    fn seconds(row: &Self::Row) -> f64;
 }
 
 /// Runs every form on every scene: a list of runs for each scene.
@@ -114,5 +116,6 @@ pub(super) fn clock_again<S: Stage>(
         }
     }
     let all: Vec<_> = runs.iter().filter(|run| S::is_timed(run)).collect();
-    timed(context, &recorded.part(&runs), &all, |run| stages[S::scene(run)].time(run))?.all()
+    let time = |run: &&S::Run| stages[S::scene(run)].time(run);
+    recorded.timed(context, &runs, &all, (time, S::seconds))
 }

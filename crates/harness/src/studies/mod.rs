@@ -141,32 +141,36 @@ struct Timing<F: 'static, T: 'static> {
 
 /// Takes the timings of the runs in a record's facts. Returns these facts, without the timings that
 /// they may have named as missing, and the rows.
-type Take<F, T> = fn(&Context<'_>, F, &Recorded<'_>) -> Result<(F, Vec<T>), HarnessError>;
+type Again<F, T> = fn(&Context<'_>, F, &Recorded<'_>) -> Result<(F, Vec<T>), HarnessError>;
 
-/// How the timings of a record are taken anew.
-struct Again<F: 'static, T: 'static> {
-    take: Take<F, T>,
-    /// The seconds of a row. Of several rounds the quickest counts.
-    seconds: fn(&T) -> f64,
-}
-
-/// The scenes of a record whose timings are taken.
+/// The record whose runs are timed anew.
 struct Recorded<'a> {
     /// Path of the record.
     path: &'a Path,
-    /// Their hashes, by name.
+    /// The hashes of its scenes, by name.
     hashes: &'a BTreeMap<String, String>,
-    /// Number of the round, from 1.
-    round: u32,
+    /// How many times all runs are timed, one round after the other.
+    rounds: u32,
 }
 
 impl Recorded<'_> {
-    /// The name of the part of a journal that keeps the timings of this round. A journal goes on
-    /// only with the same runs.
-    fn part(&self, runs: &impl Serialize) -> String {
-        let hash = sha256(&serde_json::to_vec(runs).unwrap_or_default());
-        let round = if self.round > 1 { format!(", round {}", self.round) } else { String::new() };
-        format!("timings of the record {}{round}", &hash[..8])
+    /// Times all runs, round after round. The quickest timing of each run counts. `facts` are those
+    /// of the record: a journal goes on only with the same.
+    fn timed<T, R: Serialize + DeserializeOwned>(
+        &self,
+        context: &Context<'_>,
+        facts: &impl Serialize,
+        runs: &[T],
+        (time, seconds): (impl Fn(&T) -> Result<R, HarnessError>, impl Fn(&R) -> f64),
+    ) -> Result<Vec<R>, HarnessError> {
+        let hash = sha256(&serde_json::to_vec(facts).unwrap_or_default());
+        let mut rows = Vec::new();
+        for round in 1..=self.rounds {
+            let round = if round > 1 { format!(", round {round}") } else { String::new() };
+            let part = format!("timings of the record {}{round}", &hash[..8]);
+            rows = quickest(rows, timed(context, &part, runs, &time)?.all()?, &seconds);
+        }
+        Ok(rows)
     }
 
     /// Passes on this program's own scene of this name if the record has the same.
@@ -270,7 +274,8 @@ pub trait Study: Sync {
     ///
     /// # Errors
     /// [`HarnessError::NoOwnTimings`] if they can only be taken with its facts;
-    /// [`HarnessError::OtherScene`] if a scene is not the one of the record. [`HarnessError`] if a
+    /// [`HarnessError::OtherScene`] or [`HarnessError::OtherForm`] if the record has a scene or a form
+    /// that this program has not. [`HarnessError`] if a
     /// record cannot be read or written.
     fn retime(&self, context: &Context<'_>, rounds: u32) -> Result<Vec<PathBuf>, HarnessError>;
 
@@ -414,7 +419,7 @@ where
     }
 
     fn retime(&self, context: &Context<'_>, rounds: u32) -> Result<Vec<PathBuf>, HarnessError> {
-        let own = self.timing.as_ref().and_then(|timing| Some((timing, timing.again.as_ref()?)));
+        let own = self.timing.as_ref().and_then(|timing| Some((timing, timing.again?)));
         let Some((timing, again)) = own else {
             let known = all().iter().filter(|study| study.has_own_timings());
             let known = known.map(|study| study.name()).collect::<Vec<_>>().join(", ");
@@ -425,13 +430,9 @@ where
         let record = read_record::<F>(context.out, self.name)?;
         let mut record: Record<F> = record.map_or_else(|| read_json(&path), Ok)?;
         let scenes = record.provenance.scene_sha256.clone();
-        let mut rows: Vec<T> = Vec::new();
-        for round in 1..=rounds {
-            let recorded = Recorded { path: &path, hashes: &scenes, round };
-            let (facts, taken) = (again.take)(context, record.facts, &recorded)?;
-            record.facts = facts;
-            rows = quickest(rows, taken, again.seconds);
-        }
+        let recorded = Recorded { path: &path, hashes: &scenes, rounds };
+        let (facts, rows) = again(context, record.facts, &recorded)?;
+        record.facts = facts;
         let written = self.write_timings(
             context,
             (timing, rows, rounds),

@@ -13,7 +13,7 @@ use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, TimingRow};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
-use crate::studies::{Again, Context, Measured, Recorded, Start, Timing, prepared};
+use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared};
 pub(super) use long::run as long;
 use scenes::{Case, Setting};
 
@@ -128,7 +128,7 @@ fn common() -> String {
 pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
     method: timing,
     about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
-    again: Some(Again { take: again, seconds: |row| row.frame_s }),
+    again: Some(again),
 };
 
 /// How the timings are taken.

@@ -594,6 +594,10 @@ impl Stage for Setting {
         run.is_sound()
     }
 
+    fn seconds(row: &TimingRow) -> f64 {
+        row.frame_s
+    }
+
     fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
         let frames = TIMED.max(self.case.frames / 10);

@@ -9,7 +9,7 @@ use crate::facts::{Fact, fact};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::rest::facts::{Facts, RIGHT, THERE, TimingRow};
-use crate::studies::{Again, Context, Measured, Recorded, Start, Timing, prepared};
+use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared};
 use scenes::Setting;
 
 /// Number of looks at the cloth a second.
@@ -78,7 +78,7 @@ pub(super) fn method() -> String {
 pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
     method: timing,
     about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
-    again: Some(Again { take: again, seconds: |row| row.seconds }),
+    again: Some(again),
 };
 
 /// How the timings are taken.

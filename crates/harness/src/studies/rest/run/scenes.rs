@@ -512,6 +512,10 @@ impl Stage for Setting {
         run.is_right()
     }
 
+    fn seconds(row: &TimingRow) -> f64 {
+        row.seconds
+    }
+
     fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
         let looks = run.arrival_s.unwrap_or(self.scene.span_s) * f64::from(LOOKS_PER_S);

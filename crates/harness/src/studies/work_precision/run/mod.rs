@@ -14,7 +14,7 @@ use crate::facts::{Fact, fact};
 use crate::stability::STABLE;
 use crate::studies::clocked::disturbance;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene, TimingRow};
-use crate::studies::{Again, Context, Measured, Recorded, Start, Timing, prepared, taken};
+use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared, taken, timed};
 use crate::{HarnessError, system_hash};
 use drape_report::Verdict;
 use front::LEVELS;
@@ -31,7 +31,7 @@ pub(in crate::studies) const FOLLOWING: f64 = 0.5;
 pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
     method: timing::method,
     about: |rows| disturbance(rows.iter().map(|row| row.probe_s)),
-    again: Some(Again { take: again, seconds: |row| row.seconds }),
+    again: Some(again),
 };
 
 /// Takes the timings of a record anew.
@@ -40,15 +40,20 @@ fn again(
     facts: Facts,
     recorded: &Recorded<'_>,
 ) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
-    let mut timed = Vec::new();
+    let mut of_record = Vec::new();
     for scene in &facts.scenes {
         let own = cases().into_iter().find(|case| case.id() == scene.id);
         let hashed = own.map(|case| Ok::<_, HarnessError>((system_hash(&case.spec()?), case)));
         let (_, case) = recorded.same(&scene.id, hashed.transpose()?, |(hash, _)| hash)?;
-        timed.extend(Some(case).filter(Case::is_timed));
+        of_record.extend(Some(case).filter(Case::is_timed));
     }
-    let settings = prepared(context, "references", &timed, Setting::new)?;
-    let rows = timing::rows(context, &recorded.part(&facts.rows), &settings, &facts)?;
+    if let Some(row) = facts.rows.iter().find(|row| timing::form(&row.label).is_none()) {
+        let (record, label) = (recorded.path.to_owned(), row.label.clone());
+        return Err(HarnessError::OtherForm { record, label });
+    }
+    let settings = prepared(context, "references", &of_record, Setting::new)?;
+    let chosen = timing::chosen(&settings, &facts);
+    let rows = recorded.timed(context, &facts.rows, &chosen, (timing::time, |row| row.seconds))?;
     Ok((facts, rows))
 }
 
@@ -82,7 +87,8 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let hashes: std::collections::BTreeMap<_, _> =
         settings.iter().map(|s| (s.scene.id.clone(), s.hash.clone())).collect();
     let timings = if context.long && !context.quick {
-        Some(timing::rows(context, "timings", &settings, &facts)?)
+        let chosen = timing::chosen(&settings, &facts);
+        Some(timed(context, "timings", &chosen, timing::time)?.all()?)
     } else {
         None
     };

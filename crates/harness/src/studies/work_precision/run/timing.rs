@@ -6,7 +6,6 @@ use super::variants::{VARIANTS, Variant};
 use crate::HarnessError;
 use crate::studies::clocked::{Taken, about_probe, samples};
 use crate::studies::work_precision::facts::{Facts, Run, TimingRow, cheapest, rows_of};
-use crate::studies::{Context, timed};
 
 /// How the timings are taken.
 pub(super) fn method() -> String {
@@ -29,18 +28,16 @@ const QUICK: f64 = 1e7;
 /// error.
 const NEAR: f64 = 8.0;
 
-/// Times the runs of small effort and those near the front. `part` names them in a journal.
-pub(super) fn rows(
-    context: &Context<'_>,
-    part: &str,
-    settings: &[Setting],
-    facts: &Facts,
-) -> Result<Vec<TimingRow>, HarnessError> {
+/// A run of the facts that is timed, with its scene and its form.
+pub(super) type Chosen<'a> = (&'a Setting, &'static Variant, &'a Run);
+
+/// The runs of small effort and those near the front.
+pub(super) fn chosen<'a>(settings: &'a [Setting], facts: &'a Facts) -> Vec<Chosen<'a>> {
     let mut chosen = Vec::new();
     for setting in settings.iter().filter(|setting| setting.case.is_timed()) {
         let rows = || rows_of(facts, &setting.scene.id);
         for row in rows() {
-            let Some(variant) = VARIANTS.iter().find(|v| v.label == row.label) else { continue };
+            let Some(variant) = form(&row.label) else { continue };
             let useful = |run: &&Run| {
                 run.error.is_some_and(|error| {
                     let least = cheapest(rows(), error).map_or(0.0, |(_, run)| run.modelled_s);
@@ -50,10 +47,16 @@ pub(super) fn rows(
             chosen.extend(row.runs.iter().filter(useful).map(|run| (setting, variant, run)));
         }
     }
-    timed(context, part, &chosen, |&(setting, variant, run)| time(setting, variant, run))?.all()
+    chosen
 }
 
-fn time(setting: &Setting, variant: &Variant, fact: &Run) -> Result<TimingRow, HarnessError> {
+/// The form of this label.
+pub(super) fn form(label: &str) -> Option<&'static Variant> {
+    VARIANTS.iter().find(|variant| variant.label == label)
+}
+
+/// Times a run.
+pub(super) fn time(&(setting, variant, fact): &Chosen<'_>) -> Result<TimingRow, HarnessError> {
     // Only the positions at the end are compared: nothing watches a run that is timed.
     let setting = &Setting { truth: None, ..setting.clone() };
     let mut last = None;
