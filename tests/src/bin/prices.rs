@@ -2,7 +2,9 @@
 //! and the timed runs into the source: `cargo run --release -p drape-tests --bin prices [RESULTS]`.
 //! The record of the study in RESULTS gets the modelled times, fronts and winners by these prices.
 //!
-//! Then `trajectory`, `rest`, `regret` and `claims` run again: they are priced while they run.
+//! Before it, `drape experiment work-precision --timings --rounds 8` takes the timings. After it,
+//! `trajectory`, `rest`, `course`, `regret` and `claims` run again, since they are priced while they
+//! run, and then the binary `auto`.
 
 use drape_harness::cost::Counted;
 use drape_harness::cost::fit::{Sample, Samples};
@@ -16,6 +18,9 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+/// The timed runs of each form.
+type Forms = BTreeMap<String, Vec<Sample>>;
+
 const FOLDER: &str = "crates/harness/src/cost";
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let samples = Samples {
         cpu: text(&timings["provenance"]["cpu"]),
         commit: text(&timings["provenance"]["commit"]),
-        forms: samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")?,
+        forms: samples(&record["facts"], &timings["rows"]).ok_or("a field is missing")??,
     };
     let prices = samples.prices();
     for price in &prices.forms {
@@ -49,7 +54,7 @@ fn read(path: &Path) -> Result<Value, Box<dyn Error>> {
 }
 
 /// The timed runs of each form. The quickest repetition counts: what is slower was disturbed.
-fn samples(facts: &Value, timings: &Value) -> Option<BTreeMap<String, Vec<Sample>>> {
+fn samples(facts: &Value, timings: &Value) -> Option<Result<Forms, String>> {
     let scenes: BTreeMap<&str, &Value> = facts["scenes"]
         .as_array()?
         .iter()
@@ -62,7 +67,7 @@ fn samples(facts: &Value, timings: &Value) -> Option<BTreeMap<String, Vec<Sample
             runs.insert(key, (row["method"].as_str()?, run));
         }
     }
-    let mut by_form: BTreeMap<String, Vec<Sample>> = BTreeMap::new();
+    let mut by_form = Forms::new();
     for timing in timings.as_array()? {
         let key =
             (timing["scene"].as_str()?, timing["label"].as_str()?, timing["value"].to_string());
@@ -79,10 +84,13 @@ fn samples(facts: &Value, timings: &Value) -> Option<BTreeMap<String, Vec<Sample
             particles: size("particles")?,
             springs: size("springs")?,
         };
+        if timing["is_verified"] != true || timing["error"] != run["error"] {
+            return Some(Err(format!("the timing of {key:?} is not of the run in this record")));
+        }
         let samples = timing["samples_ns"].as_array()?;
         let quickest = samples.iter().filter_map(Value::as_f64).fold(f64::INFINITY, f64::min);
         let sample = Sample { work, seconds: 1e-9 * quickest };
         by_form.entry((*method).to_owned()).or_default().push(sample);
     }
-    Some(by_form)
+    Some(Ok(by_form))
 }

@@ -73,8 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
         );
         tell!(
-            "left as they were: the timings of regret and of work-precision; `drape experiment` \
-             takes them"
+            "not taken: the timings of regret (`drape experiment regret`) and of work-precision \
+             (`drape experiment work-precision --timings`)"
         );
     }
     tell!(

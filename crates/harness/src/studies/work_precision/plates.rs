@@ -136,7 +136,9 @@ fn point(input: &Input, row: &Row, run: &Run, cost: Cost) -> Option<Point> {
             let is_same = |t: &&TimingRow| {
                 t.scene == row.scene && t.label == row.label && t.value == run.value
             };
-            rows.iter().find(is_same).filter(|timing| timing.is_verified)?.seconds
+            // Timings may be older than the facts: those of another run do not count.
+            let is_of = |t: &&TimingRow| t.is_verified && t.error.to_bits() == error.to_bits();
+            rows.iter().find(is_same).filter(is_of)?.seconds
         }
     };
     Some(Point { x: spent, y: error, state: mark(run) })

@@ -224,7 +224,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
              winners lead by less. {narrow} more would tie if the error could be a tenth larger.",
             at_level().count()
         ),
-        "Modelled time is counted work times its price; each form's prices were measured once on \
+        "Modelled time is counted work times its price; each form's prices were measured on \
          one machine. The table of prices compares each form's model with the clock."
             .to_owned(),
         format!(

@@ -7,7 +7,7 @@
 //! whose run is exact enough is not run finer.
 //!
 //! Many claims ask about the same sheets. What one contest has computed on a sheet, its reference and
-//! its runs, the others take over.
+//! its runs, the others take over once it is finished.
 
 use crate::HarnessError;
 use crate::claims::places::{FIRST, Ground, TRUSTED};
@@ -75,12 +75,13 @@ impl Contest {
         let kept = known().get(&name).cloned();
         let setting = match kept {
             Some(kept) => {
-                // A claim starts runs from it, even if all are known.
+                // A claim starts runs from it, even if all its runs are known.
                 starts_from(&kept.simulation);
                 kept
             }
             None => {
-                // Nobody waits for a reference: another contest may compute the same.
+                // Computed without the lock, so that no thread waits for another. At worst two
+                // contests compute the same reference, with the same bits.
                 let setting = Arc::new(Self::sheet(&ground)?);
                 known().entry(name).or_insert(setting).clone()
             }

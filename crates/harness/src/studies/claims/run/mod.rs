@@ -60,7 +60,8 @@ pub fn test(claim: &Claim) -> Result<Row, HarnessError> {
     trial.map_or_else(|| Err(unknown(claim.id)), row)
 }
 
-/// As [`test()`], with the systems from which its runs start, the smallest first.
+/// As [`test()`], with the systems from which its runs start, the smallest first. What a claim takes
+/// over from one that was tested before in this process is not started again.
 ///
 /// # Errors
 /// As [`test()`].

@@ -174,13 +174,10 @@ fn sizes(quick: bool) -> Vec<(&'static str, u32, u64)> {
         .collect()
 }
 
-/// The meshes with the methods that run on them. The quick subset leaves out the most expensive run
-/// of each method.
-fn pairs(meshes: &[Mesh], is_quick: bool) -> Vec<(&Mesh, Contender)> {
-    let fits = move |mesh: &Mesh, contender: &Contender| {
-        mesh.side < contender.largest || mesh.side == contender.largest && !is_quick
-    };
-    let of_mesh = |mesh| contenders().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
+/// The meshes with the methods that run on them.
+fn pairs(meshes: &[Mesh]) -> Vec<(&Mesh, Contender)> {
+    let fits = |mesh: &Mesh, contender: &Contender| mesh.side <= contender.largest;
+    let of_mesh = move |mesh| contenders().filter(move |c| fits(mesh, c)).map(move |c| (mesh, c));
     meshes.iter().flat_map(of_mesh).collect()
 }
 
@@ -233,7 +230,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
     let meshes = prepared(context, "meshes", &sizes, |&(series, side, steps)| {
         Mesh::new(series, side, steps)
     })?;
-    let pairs = pairs(&meshes, context.quick);
+    let pairs = pairs(&meshes);
     let cells =
         cells(context, "counts", &pairs, |(mesh, contender)| mesh.cell(contender))?.all()?;
     let facts = Facts { cells };
@@ -246,7 +243,7 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
         // Times of one series suffice: a step of the other series differs only by its iterations.
         let (side, steps) = TIMED_ONLY;
         let between = [Mesh::new(FIXED_QUOTIENT, side, steps)?];
-        let chosen: Vec<_> = self::pairs(&between, false)
+        let chosen: Vec<_> = self::pairs(&between)
             .into_iter()
             .chain(pairs.iter().copied().filter(|(mesh, _)| mesh.series == FIXED_QUOTIENT))
             .collect();
@@ -332,17 +329,14 @@ mod tests {
     }
 
     #[test]
-    fn the_quick_subset_has_small_meshes_of_both_series_only() {
+    fn the_quick_subset_has_small_meshes_and_a_dear_method_no_large_one() {
         let all = sizes(false);
         let quick = sizes(true);
         assert_eq!((all.len(), quick.len()), (12, 4));
         assert!(quick.iter().all(|size| size.1 <= QUICK && all.contains(size)));
-        let meshes = [10, 52].map(|side| Mesh::new(FIXED_QUOTIENT, side, 1).expect("a sheet"));
+        let meshes = [52, 100].map(|side| Mesh::new(FIXED_QUOTIENT, side, 1).expect("a sheet"));
         let dear = contenders().find(|contender| contender.largest == 52).expect("a dear method");
-        let sides = |is_quick| -> Vec<_> {
-            let pairs = pairs(&meshes, is_quick).into_iter();
-            pairs.filter(|(_, c)| c.label == dear.label).map(|(mesh, _)| mesh.side).collect()
-        };
-        assert_eq!((sides(false), sides(true)), (vec![10, 52], vec![10]));
+        let own = pairs(&meshes).into_iter().filter(|(_, contender)| contender.label == dear.label);
+        assert_eq!(own.map(|(mesh, _)| mesh.side).collect::<Vec<_>>(), [52]);
     }
 }

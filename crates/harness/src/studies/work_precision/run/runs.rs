@@ -144,6 +144,10 @@ impl Setting {
     /// Makes one run, or takes over what another row has kept.
     fn run_once(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
         let budget = self.budget(variant);
+        if matches!(variant.knob, Knob::Library(_)) {
+            // The library ends by its steps, not by the visits of a budget.
+            return Ok(self.run(variant, value)?.run);
+        }
         if let Some(run) = self.kept.as_ref().and_then(|kept| kept.get(variant, value, budget)) {
             return Ok(run);
         }

@@ -119,6 +119,33 @@ fn a_budget_of_modelled_time_is_held_at_the_prices_of_the_form() {
     }
 }
 
+/// Whatever ran before, with a larger, a smaller or the same budget, a row that takes runs over is
+/// the row that computes all of them.
+#[test]
+fn kept_runs_do_not_change_a_row() {
+    let fresh = |form: &Variant, budget: f64| {
+        small(Shape::Hanging, budget).row(form, None).expect("runs").runs
+    };
+    for label in ["imex-euler", "backward-euler", "leapfrog", DOP853] {
+        let form = variant(label);
+        // A run whose last step alone goes over the budget is complete.
+        let whole = fresh(form, 1e6);
+        let last = whole.iter().rfind(|run| run.verdict == Verdict::Completed).expect("a run");
+        let tight = last.effort - 1.0;
+        let budgets = [3e5, 1e6, 3e5, tight, 4e5, 1e6];
+        let orders = [budgets.to_vec(), budgets.into_iter().rev().collect()];
+        for order in orders {
+            let mut setting = small(Shape::Hanging, 0.0);
+            setting.kept = Some(std::sync::Arc::default());
+            for budget in order {
+                setting.case.budget = budget;
+                let row = setting.row(form, None).expect("runs");
+                assert_eq!(row.runs, fresh(form, budget), "{label}, {budget}");
+            }
+        }
+    }
+}
+
 /// A spring is nearly at right angles to the normals at its ends, so noise along them hardly
 /// stretches it. Vertical noise would: the outer springs rise by 0.31 of their length.
 #[test]
