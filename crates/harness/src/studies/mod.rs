@@ -275,8 +275,7 @@ pub trait Study: Sync {
     /// # Errors
     /// [`HarnessError::NoOwnTimings`] if they can only be taken with its facts;
     /// [`HarnessError::OtherScene`] or [`HarnessError::OtherForm`] if the record has a scene or a form
-    /// that this program has not. [`HarnessError`] if a
-    /// record cannot be read or written.
+    /// that this program does not have. [`HarnessError`] if a record cannot be read or written.
     fn retime(&self, context: &Context<'_>, rounds: u32) -> Result<Vec<PathBuf>, HarnessError>;
 
     /// Compares its facts below `fresh`, which may be the quick subset, with those below

@@ -143,16 +143,14 @@ impl Setting {
 
     /// Makes one run, or takes over what another row has kept.
     fn run_once(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
+        // The library ends by its steps, not by the visits of a budget.
+        let kept = self.kept.as_ref().filter(|_| !matches!(variant.knob, Knob::Library(_)));
         let budget = self.budget(variant);
-        if matches!(variant.knob, Knob::Library(_)) {
-            // The library ends by its steps, not by the visits of a budget.
-            return Ok(self.run(variant, value)?.run);
-        }
-        if let Some(run) = self.kept.as_ref().and_then(|kept| kept.get(variant, value, budget)) {
+        if let Some(run) = kept.and_then(|kept| kept.get(variant, value, budget)) {
             return Ok(run);
         }
         let run = self.run(variant, value)?.run;
-        if let Some(kept) = &self.kept {
+        if let Some(kept) = kept {
             kept.put(variant, value, budget, &run);
         }
         Ok(run)
