@@ -7,13 +7,13 @@ pub(super) const CLAIM: Claim = Claim {
     id: "M02",
     origin: Origin::Expectation { about: "Macklin et al. 2019" },
     says: "XPBD with small steps leads at errors of 1 to 10 % where the sheet is stiff",
-    criterion: "With light damping, at k/m = 1e6, 1e8 and 1e10 with 400 particles, on the same \
-                fabrics with 1600 and with 10 000, and above a ball, XPBD is among the two methods \
-                of least modelled time for errors of 10 %, 3 % and 1 %. A case ranks \
-                nobody where the reference is in doubt by more than half of the error, and where \
-                neither two methods are ahead nor all others were tried for as long as XPBD takes. \
-                In 10 ms it needs 10, 50 and 300 substeps to be stable by its energy: a fifth of \
-                them is not enough.",
+    criterion: "With light damping, at k/m = 1e6, 1e8 and 1e10 with 400 particles, and on the first \
+                two fabrics with 1600 and with 10 000 particles and above a ball, XPBD is among \
+                the two methods of least modelled time for errors of 10 %, 3 % and 1 %. A case \
+                ranks nobody where the reference is in doubt by more than half of the error, and \
+                where neither two methods are ahead nor all others were tried for as long as XPBD \
+                takes. In 10 ms it needs 10, 50 and 300 substeps to be stable by its energy: a \
+                fifth of them is not enough.",
     reads: &[
         "time at 1e6 for ",
         "time at 1e8 for ",
@@ -33,27 +33,31 @@ pub(super) const CLAIM: Claim = Claim {
     overturned_by: "Two methods that reach one of these errors in less than half of its time refute \
                     it.",
     see: "work-precision-size.svg",
-    age: Age::MODELLED,
+    age: Age::changed(
+        "38ad7b3",
+        "asked for the least counted work before, and a miss within a factor of 2 refuted it; the \
+         third fabric was finer and above the ball, too, where noise (0.24 and 0.12 of the sheet) \
+         and the lack of a reference ranked nobody; the verdict stayed",
+    ),
     judge,
     readings: sole,
 };
 
 /// The method that the claim names.
 pub(crate) const METHOD: &str = "xpbd";
-/// Where it competes: three fabrics of 400, of 1600 and of 10 000 particles, and above a ball.
-pub(crate) const GROUNDS: [Ground; 12] = [
+/// Where it competes: three fabrics of 400 particles, and two of them finer and above a ball. On the
+/// third, which is the stiffest, noise ranks nobody there: references of 1600 particles, and above the
+/// ball, differ by 24 and 12 %. With 10 000 a reference would take minutes.
+pub(crate) const GROUNDS: [Ground; 9] = [
     Ground::light(1e6),
     Ground::light(1e8),
     Ground::light(1e10),
     Ground::light(4e6).of_side(40),
     Ground::light(4e8).of_side(40),
-    Ground::light(4e10).of_side(40),
     Ground::light(2.5e7).of_side(100),
     Ground::light(2.5e9).of_side(100),
-    Ground::light(2.5e11).of_side(100),
     Ground::light(1e6).on_ball(),
     Ground::light(1e8).on_ball(),
-    Ground::light(1e10).on_ball(),
 ];
 /// For which errors.
 pub(crate) const LEVELS: [f64; 3] = [1e-1, 3e-2, 1e-2];
@@ -110,7 +114,7 @@ mod tests {
             CLAIM.judge(&Evidence::new(&all_numbers)).verdict
         };
         assert_eq!(ruled(None, 0.0, 0.0, 0.0), Ruling::Holds);
-        assert_eq!(ruled(Some((11, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Fails);
+        assert_eq!(ruled(Some((8, 2, &third[..])), 0.0, 0.0, 0.0), Ruling::Fails);
         assert_eq!(ruled(None, 1e8, 0.5, 0.03), Ruling::Fails, "not enough");
         assert_eq!(ruled(None, 1e10, 0.01, 0.0), Ruling::Fails, "more than needed");
     }

@@ -36,7 +36,8 @@ pub struct Cell {
     /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`: the worst verdict
     /// of all starts.
     pub verdict: Verdict,
-    /// Number of perturbed starts that were run.
+    /// Number of perturbed starts that were run: none where a longer step shows that this one is
+    /// over budget.
     pub starts: u32,
     /// Greatest rise of the energy above its start, over `E_ref`, the energy that the scene sets
     /// free.

@@ -42,9 +42,6 @@ const SLACK: f64 = 1.6;
 /// Most modelled time of a round in which others could come ahead in a contest that decides a
 /// place, s.
 const MOST_OF_OTHERS: f64 = 120.0;
-/// Most radians of the fastest oscillation, times springs and particles, of a reference that is
-/// computed. Some such sheets would take minutes, and their folds magnify the error of any reference.
-const MOST_OF_REFERENCE: f64 = 1e10;
 /// The ball: its highest point is 0.05 m below the middle of the sheet.
 const BALL: ([f64; 3], f64) = ([0.0, 0.0, -0.25], 0.2);
 
@@ -117,13 +114,6 @@ impl Contest {
     pub(super) fn start(ground: &Ground) -> Result<Simulation, HarnessError> {
         let (system, state) = spec(ground)?.build()?;
         Ok(Simulation { system, state })
-    }
-
-    /// Whether its reference can be had.
-    pub(super) fn is_in_reach(ground: &Ground) -> Result<bool, HarnessError> {
-        let (spec, case) = (spec(ground)?, case(ground));
-        let visits = (spec.springs.len() + spec.particles.mass_kg.len()) as f64;
-        Ok(SPAN * case.greatest_frequency() * visits <= MOST_OF_REFERENCE)
     }
 
     /// The forms that are meant, before they have run.

@@ -10,6 +10,11 @@ use drape_report::Verdict;
 
 /// Effort after which a run is over budget, in visits of a spring: about a tenth of a second.
 pub(super) const BUDGET: f64 = 3e7;
+/// A run of at most [`SHORT`] s that is over budget at this share of its time, or one of at most
+/// [`VERY_SHORT`] s that is over budget at all, shows that shorter steps are over budget, too.
+pub(super) const EARLY: f64 = 0.3;
+pub(super) const SHORT: f64 = 0.04;
+pub(super) const VERY_SHORT: f64 = 0.001;
 /// A stable run is locked if its reach is below this share of the true one.
 const HALF: f64 = 0.5;
 /// The final verdict on a run: `judged` by its energy, corrected by its reach and its budget.
@@ -21,8 +26,17 @@ pub(super) fn full_verdict(judged: Verdict, reach: Option<f64>, is_over: bool) -
     }
 }
 
+/// Whether shorter steps than those of a cell are over budget: it is so itself, early or by very
+/// short steps. Long steps say nothing of shorter ones, since a solve may need fewer iterations
+/// there.
+pub(super) fn ends_column(cell: &Cell) -> bool {
+    let is_early = cell.reached_s <= EARLY * schedule(cell.step_s).time.duration_s;
+    let is_meant = cell.step_s <= VERY_SHORT || (cell.step_s <= SHORT && is_early);
+    cell.verdict == Verdict::OverBudget && is_meant
+}
+
 /// Runs a method at each of the steps, longest first. More starts are run where the verdict
-/// changes.
+/// changes. Steps that must be over budget are not run.
 pub(super) fn column(
     variant: &Variant,
     setting: &Setting,
@@ -31,20 +45,25 @@ pub(super) fn column(
     let choice = Choice::parse(variant.method, &[])?;
     let mut cells: Vec<Cell> = Vec::new();
     for &step_s in steps {
+        let is_over = cells.last().is_some_and(|longer| longer.starts == 0 || ends_column(longer));
         let mut cell = Cell {
             label: variant.label.to_owned(),
             method: choice.full_id(),
             stiffness_over_mass_per_s2: setting.stiffness,
             damping_over_mass_per_s: setting.damping,
             step_s,
-            verdict: Verdict::Stable,
+            verdict: if is_over { Verdict::OverBudget } else { Verdict::Stable },
             starts: 0,
             gain: 0.0,
             drift: 0.0,
             reach: None,
-            reached_s: f64::INFINITY,
+            reached_s: if is_over { 0.0 } else { f64::INFINITY },
             portable: choice.is_portable(),
         };
+        if is_over {
+            cells.push(cell);
+            continue;
+        }
         add(&mut cell, setting, &choice, SEEDS[0])?;
         let is_last_good = cells.last().is_some_and(|longer| longer.verdict != cell.verdict);
         if is_last_good && cell.verdict < Verdict::OverBudget {

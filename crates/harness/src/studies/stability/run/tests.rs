@@ -1,7 +1,7 @@
 //! The maps agree with theory where it is certain.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use super::atlas::column;
+use super::atlas::{column, ends_column};
 use super::sheet::{SEEDS, Setting};
 use super::*;
 use crate::methods::runs::Variant;
@@ -39,6 +39,24 @@ fn a_cell_beside_another_verdict_has_three_starts() {
     let cells = column(&variant, &setting, &[0.02, 0.005, 0.004]).unwrap();
     let starts: Vec<_> = cells.iter().map(|cell| cell.starts).collect();
     assert_eq!(starts, [1, SEEDS.len() as u32, 1]);
+}
+
+#[test]
+fn steps_shorter_than_those_over_budget_do_not_run() {
+    let setting = Setting::new(1e6, 0.0).unwrap();
+    let variant = Variant::new("by its id", "energy-momentum");
+    let cells = column(&variant, &setting, &[0.001, 0.000_316, 0.000_1]).unwrap();
+    assert!(cells.iter().all(|cell| cell.verdict == Verdict::OverBudget));
+    assert!(cells[0].reached_s > 0.0 && cells[1].reached_s == 0.0);
+    assert_eq!(cells.iter().map(|cell| cell.starts).collect::<Vec<_>>(), [1, 0, 0]);
+    // A long step that is over budget says nothing of shorter ones, nor does a late end.
+    let at = |step_s, share: f64, verdict| {
+        let reached_s = share * super::sheet::schedule(step_s).time.duration_s;
+        ends_column(&Cell { step_s, reached_s, verdict, ..cells[0].clone() })
+    };
+    assert!(at(0.01, 0.2, Verdict::OverBudget) && at(0.001, 0.9, Verdict::OverBudget));
+    assert!(!at(0.1, 0.2, Verdict::OverBudget) && !at(0.01, 0.4, Verdict::OverBudget));
+    assert!(!at(0.001, 0.2, Verdict::Stable));
 }
 
 #[test]
