@@ -131,8 +131,7 @@ pub struct Cell {
     pub differs: bool,
     /// Why the verdict differs, if that is known.
     pub explanation: Option<String>,
-    /// Number of starts that ran. A divergence, the end of the budget or a
-    /// first run far from the limit of stability ends the series.
+    /// Number of starts that ran. A divergence or the end of the budget ends the series.
     pub runs: u32,
     /// Greatest rise of the total energy above its start, over `E_ref`.
     pub gain: f64,

@@ -6,7 +6,7 @@ use super::tweak::choose;
 use crate::methods::Choice;
 use crate::methods::runs::Variant;
 use crate::run::{Counts, Runner, Simulation};
-use crate::stability::{Energy, Reference, Rule, STABLE, judge, reference};
+use crate::stability::{Energy, Reference, judge, reference};
 use crate::studies::finite;
 use crate::studies::hard_cases::facts::{Cell, Expected};
 use crate::theory::{Problem, expectation};
@@ -18,9 +18,6 @@ use drape_report::Verdict;
 pub(super) const SEEDS: [u64; 3] = [1, 2, 3];
 /// Largest effort of a run, in visits of a spring: about two seconds.
 pub(super) const BUDGET: f64 = 4e8;
-/// A first start whose energy rises by at most this share of the available energy is far from the
-/// limit of stability: no further start runs, unless theory says more than that it is stable.
-pub(super) const CLEAR: f64 = 0.1 * STABLE;
 /// A sheet at rest may move by this many mesh widths. Its speed may reach this share of the speed
 /// of a fall through one.
 const REST: f64 = 1e-6;
@@ -60,8 +57,6 @@ pub(super) struct Tally {
     runs: u32,
     pub(super) verdict: Option<Verdict>,
     pub(super) is_over_budget: bool,
-    /// Whether all runs are judged by the rise of their energy alone.
-    is_by_rise: bool,
     pub(super) gain: f64,
     drift: f64,
     rises: u64,
@@ -85,7 +80,6 @@ impl Tally {
             None => judge(&energy, run.rule, available),
         };
         self.runs += 1;
-        self.is_by_rise = run.rule == Rule::Dissipative;
         // Energy gained before the budget ended counts. A run that has not gained any yet proves
         // nothing.
         self.is_over_budget |= outcome.is_over_budget;
@@ -104,14 +98,9 @@ impl Tally {
         self.unconverged += outcome.unconverged;
     }
 
-    /// Whether further starts would not change the verdict. What theory says of every step, or that
-    /// a method must fail, is tested with all starts.
-    fn is_settled(&self, expected: Expected) -> bool {
-        let is_clear = self.is_by_rise
-            && self.verdict == Some(Verdict::Stable)
-            && self.gain <= CLEAR
-            && !matches!(expected, Expected::Monotone | Expected::Unstable);
-        self.is_over_budget || self.verdict == Some(Verdict::Diverged) || is_clear
+    /// Whether further starts could not change the verdict.
+    fn is_settled(&self) -> bool {
+        self.is_over_budget || self.verdict == Some(Verdict::Diverged)
     }
 
     fn verdict(&self) -> Verdict {
@@ -191,7 +180,7 @@ pub(super) fn cell(form: &Variant, stage: &Stage<'_>) -> Result<Cell, HarnessErr
             }
             Err(error) => return Err(error),
         }
-        if tally.is_settled(cell.expected) {
+        if tally.is_settled() {
             break;
         }
     }
