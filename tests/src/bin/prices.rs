@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let forms = samples(&record.facts, &timings.rows)?;
     let samples = Samples {
         cpu: timings.provenance.cpu,
-        commit: timings.provenance.commit.unwrap_or_default(),
+        commit: timings.provenance.commit.ok_or("the timings name no commit")?,
         forms,
     };
     let prices = samples.prices();
@@ -59,22 +59,23 @@ fn samples(facts: &Facts, timings: &[TimingRow]) -> Result<Forms, String> {
         let TimingRow { scene, label, value, .. } = timing;
         let found = runs.get(&(scene, label, value.to_bits())).zip(scenes.get(scene));
         let same = found.filter(|((_, run), _)| run.error == Some(timing.error));
-        let Some(((method, run), scene)) = same.filter(|_| timing.is_verified) else {
-            return Err(format!(
-                "the timing of {label} on {scene} at {value} is not of a run in this record"
-            ));
-        };
+        let refuse = |why: &str| format!("the timing of {label} on {scene} at {value} {why}");
+        let ((method, run), sheet) =
+            same.ok_or_else(|| refuse("is not of a run in this record"))?;
+        if !timing.is_verified {
+            return Err(refuse("had another result than the run in this record"));
+        }
         let work = Counted {
             steps: run.steps,
             force_evaluations: run.force_evaluations,
             matvecs: run.matvecs,
             factorisations: run.factorisations,
             setups: run.setups,
-            particles: scene.particles,
-            springs: scene.springs,
+            particles: sheet.particles,
+            springs: sheet.springs,
         };
-        let quickest = timing.samples_ns.iter().min().copied().unwrap_or(u64::MAX);
-        let sample = Sample { work, seconds: 1e-9 * quickest as f64 };
+        let quickest = timing.samples_ns.iter().min().ok_or_else(|| refuse("has no sample"))?;
+        let sample = Sample { work, seconds: 1e-9 * *quickest as f64 };
         by_form.entry((*method).clone()).or_default().push(sample);
     }
     Ok(by_form)

@@ -191,15 +191,23 @@ struct Open {
     /// The error is less than twice the doubt of the reference, in which noise has its part. There
     /// is nothing to rank.
     doubt: usize,
+    /// There is no reference.
+    none: usize,
     /// The work for the contest came to an end before its place was known.
     work: usize,
 }
 
 impl Open {
+    /// Those that more work could decide.
+    fn undecided(self) -> usize {
+        self.none + self.work
+    }
+
     /// As a part of a sentence; empty where there are none.
     fn told(self) -> String {
         let parts = [
             (self.doubt, "hidden by noise"),
+            (self.none, "undecided without a reference"),
             (self.work, "undecided because work ended before all methods were tried"),
         ];
         let parts = parts.iter().filter(|(count, _)| *count > 0);
@@ -247,6 +255,10 @@ impl<'a> Places<'a> {
         for ground in grounds {
             let doubt = evidence.value(&ground.doubt())?;
             for &level in levels {
+                if doubt >= f64::MAX {
+                    open.none += 1;
+                    continue;
+                }
                 if doubt > TRUSTED * level {
                     open.doubt += 1;
                     continue;
@@ -325,7 +337,7 @@ pub(super) fn judgement(verdict: Ruling, places: &[Places<'_>]) -> Judgement {
         let worst = worst.join("; ");
         reason = format!("{reason} Farthest behind: {worst}.");
     }
-    let is_open = places.iter().any(|own| own.open.work > 0 || own.all.is_empty());
+    let is_open = places.iter().any(|own| own.open.undecided() > 0 || own.all.is_empty());
     let verdict = if is_open { all_of([verdict, Ruling::Undecided]) } else { verdict };
     Judgement { verdict, reason, repair: None }
 }
@@ -414,17 +426,19 @@ pub(super) mod tests {
             (judgement(places.lead(), &[places]).verdict, open)
         };
         let none = Open::default();
-        let (doubt, work) = (Open { doubt: 1, ..none }, Open { work: 1, ..none });
+        let (doubt, missing) = (Open { doubt: 1, ..none }, Open { none: 1, ..none });
+        let work = Open { work: 1, ..none };
         assert_eq!(ruled(0.05, 2.0, 9.0, 4.1), (Ruling::Fails, none), "two are ahead");
         assert_eq!(ruled(0.05, 2.0, 9.0, 4.0), (Ruling::Undecided, none), "a tie");
         assert_eq!(ruled(0.051, 2.0, 9.0, 4.1), (Ruling::Holds, doubt), "noise ranks nobody");
+        assert_eq!(ruled(f64::MAX, 2.0, 9.0, 3.0), (Ruling::Undecided, missing));
         assert_eq!(ruled(0.051, 0.4, 9.0, 3.0), (Ruling::Fails, doubt));
         assert_eq!(ruled(0.0, 2.0, 1.5, 1.5), (Ruling::Holds, none), "nobody else is ahead");
         assert_eq!(ruled(0.0, 2.0, 1.4, 1.5), (Ruling::Undecided, work), "one more may be");
         assert_eq!(ruled(0.0, 2.0, 0.0, 4.1), (Ruling::Fails, none), "two are ahead");
         // A method that does not reach the error in its budget is no worse than that budget.
         assert_eq!(ruled(0.0, 2.0, 9.0, f64::MAX), (Ruling::Fails, none));
-        let all = Open { doubt: 2, work: 1 };
+        let all = Open { doubt: 2, ..work };
         let ended = "1 more: undecided because work ended before all methods were tried";
         assert_eq!(all.told(), format!("; 2 more: hidden by noise; {ended}"));
     }

@@ -530,9 +530,9 @@ pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
 }
 
-/// Experiments that only `drape reproduce --long` runs; `drape reproduce` leaves their records as they
-/// are. One makes the prices by which others rank, the other takes longer than all others together.
-const LONG: [&str; 2] = [work_precision::STUDY.name, animation::LONG.name];
+/// Experiments that take longer than all others together. Only `drape reproduce --long` runs them;
+/// `drape reproduce` leaves their records as they are.
+const LONG: [&str; 1] = [animation::LONG.name];
 
 /// Whether only `drape reproduce --long` runs an experiment.
 pub fn is_long(study: &dyn Study) -> bool {

@@ -70,10 +70,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let long = all().iter().filter(|study| is_long(**study)).map(|study| study.name());
         let long = long.collect::<Vec<_>>().join(", ");
         tell!(
-            "left as they were: {long}; `drape reproduce --long` runs them, and goes on where it \
-             stopped"
+            "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
         );
-        tell!("not taken: the timings of regret (`drape experiment regret`)");
+        tell!(
+            "not taken: the timings of regret (`drape experiment regret`) and of work-precision \
+             (`drape experiment work-precision --timings`)"
+        );
     }
     tell!(
         "done in {:.1} s; read {}",

@@ -34,10 +34,9 @@ pub struct Cell {
     /// Step size, s.
     pub step_s: f64,
     /// `stable`, `locked`, `marginal`, `unstable`, `diverged` or `over budget`: the worst verdict
-    /// of all starts.
+    /// of all starts. `over budget` without a start follows from a longer step.
     pub verdict: Verdict,
-    /// Number of perturbed starts that were run: none where a longer step shows that this one is
-    /// over budget.
+    /// Number of perturbed starts that were run. Without any, gain, drift and simulated time are 0.
     pub starts: u32,
     /// Greatest rise of the energy above its start, over `E_ref`, the energy that the scene sets
     /// free.

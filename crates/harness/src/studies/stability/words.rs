@@ -208,10 +208,15 @@ fn shear_steps(facts: &Facts) -> Option<String> {
 
 /// How many cells have no verdict.
 fn over_budget(facts: &Facts) -> Option<String> {
-    let count = facts.cells.iter().filter(|cell| cell.verdict == Verdict::OverBudget).count();
+    let over = || facts.cells.iter().filter(|cell| cell.verdict == Verdict::OverBudget);
+    let (count, skipped) = (over().count(), over().filter(|cell| cell.starts == 0).count());
+    let skipped = match skipped {
+        0 => String::new(),
+        _ => format!(" {skipped} of them did not run: a longer step was over budget already."),
+    };
     (count > 0).then(|| {
         format!(
-            "{count} of {} cells {} over budget and {} no verdict.",
+            "{count} of {} cells {} over budget and {} no verdict.{skipped}",
             facts.cells.len(),
             names::verb(count, "is", "are"),
             names::verb(count, "has", "have")

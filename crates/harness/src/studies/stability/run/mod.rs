@@ -53,9 +53,9 @@ pub(super) fn method() -> String {
          edge gets less than half as far from its start as in the true motion. Starts are \
          perturbed by up to 1e-4 mesh widths. Where the verdict changes from one step to the \
          next, {} starts run and the worst verdict counts. A run ends over budget after {:e} \
-         visits of a spring. Where a run of at most {} s does so before {} of its time, or one of \
-         at most {} s at all, shorter steps do not run and are over budget, too: an earlier map ran \
-         them all and had no exception. Limits: the step is doubled until a run fails; bisection then finds \
+         visits of a spring. If a run with a step of at most {} s does so within the first {} of \
+         its time, or a run with a step of at most {} s at all, shorter steps do not run and count \
+         as over budget: a map in which every cell ran had no exception. Limits: the step is doubled until a run fails; bisection then finds \
          the limit to 5 %. Pair: two free particles on a spring of rest length 0 with k/m = 10⁴ \
          s⁻², which is a linear system. A step is stable if the energy in the last quarter of the \
          run is at most 1.02 times that in the first. Sheet: as in the atlas; theory takes the \

@@ -6,7 +6,16 @@ use super::sheet::{SEEDS, Setting};
 use super::*;
 use crate::methods::runs::Variant;
 use crate::studies::stability::facts::EXACT;
-use drape_report::Verdict;
+use drape_report::file::read_json;
+use drape_report::{Record, Verdict};
+use std::path::Path;
+
+/// Runs that end their column just so: method, k/m (1/s²), d/m (1/s) and step (s).
+const EDGES: [(&str, f64, f64, f64); 3] = [
+    ("dirk, esdirk3", 1e5, 0.0, 0.0316),
+    ("baraff-witkin", 1e7, 0.0, 0.001),
+    ("imex-updated", 1e6, 1.0, 0.000_316),
+];
 
 fn verdicts(label: &str, method: &'static str, setting: &Setting, steps: &[f64]) -> Vec<Verdict> {
     let variants = of_registry(|runs| runs.stability);
@@ -57,6 +66,38 @@ fn steps_shorter_than_those_over_budget_do_not_run() {
     assert!(at(0.01, 0.2, Verdict::OverBudget) && at(0.001, 0.9, Verdict::OverBudget));
     assert!(!at(0.1, 0.2, Verdict::OverBudget) && !at(0.01, 0.4, Verdict::OverBudget));
     assert!(!at(0.001, 0.2, Verdict::Stable));
+}
+
+/// The rule at its edge, against runs.
+#[test]
+fn a_step_that_is_left_out_is_over_budget() {
+    let variants = of_registry(|runs| runs.stability);
+    for (label, stiffness, damping, step) in EDGES {
+        let setting = Setting::new(stiffness, damping).unwrap();
+        let variant = variants.iter().find(|variant| variant.label == label).unwrap();
+        let [longer, shorter] = [0, 1].map(|k| {
+            let step = STEPS[STEPS.iter().position(|s| *s == step).unwrap() + k];
+            column(variant, &setting, &[step]).unwrap().remove(0)
+        });
+        assert!(ends_column(&longer) && longer.starts == 1, "{label} at {step} s");
+        assert_eq!((shorter.verdict, shorter.starts), (Verdict::OverBudget, 1), "{label}");
+    }
+}
+
+#[test]
+fn the_committed_map_leaves_out_what_the_rule_says() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/stability.json");
+    let record: Record<Facts> = read_json(&path).unwrap();
+    let mut left_out = 0;
+    for column in record.facts.cells.chunk_by(|a, b| a.step_s > b.step_s) {
+        assert_eq!(column.len(), STEPS.len());
+        for pair in column.windows(2) {
+            let is_meant = pair[0].starts == 0 || ends_column(&pair[0]);
+            assert_eq!(pair[1].starts == 0, is_meant, "{}, {} s", pair[1].label, pair[1].step_s);
+            left_out += usize::from(is_meant);
+        }
+    }
+    assert_eq!(left_out, 766);
 }
 
 #[test]

@@ -57,14 +57,16 @@ fn a_locked_cell_is_neither_a_gain_nor_a_success() {
         cell("a", Verdict::Stable),
         cell("b", Verdict::Marginal),
         cell("c", Verdict::OverBudget),
-        cell("d", Verdict::OverBudget),
+        Cell { starts: 0, ..cell("d", Verdict::OverBudget) },
         cell("d", Verdict::Stable),
     ];
     let words = words(&facts(cells, Vec::new()));
     let said = words.conclusion;
     assert!(said.contains("2 of 3 variants never gained energy: `a` and `d`."), "{said}");
     assert!(said.contains("with `a`, more than half of the cells"), "{said}");
-    assert!(words.observations[0].contains("2 of 7 cells are over budget"));
+    let observed = &words.observations[0];
+    assert!(observed.contains("2 of 7 cells are over budget"), "{observed}");
+    assert!(observed.ends_with("1 of them did not run: a longer step was over budget already."));
     let failing = facts(vec![cell("b", Verdict::Diverged)], Vec::new());
     let said = super::words(&failing).conclusion;
     assert!(
