@@ -103,7 +103,7 @@ impl Expected {
     fn told(&self) -> String {
         match self {
             Self::Share(_, share) => format!("theory expects {}", percent(*share)),
-            Self::Explicit => "an explicit method slows no motion down".to_owned(),
+            Self::Explicit => "explicit methods do not lock".to_owned(),
             Self::Nothing(reason) => format!("theory says nothing: {reason}"),
             Self::Unforeseen(reason) => format!("theory says nothing: {reason}"),
         }

@@ -37,6 +37,7 @@ use crate::methods::Choice;
 use crate::stability::gershgorin;
 use crate::studies::variant::is_explicit;
 use crate::studies::work_precision::facts::{Facts, Row, Run, Scene};
+use drape_integrator::{PrepareError, TimeStep};
 use drape_model::{System, SystemSpec, Violation};
 use drape_report::number::{percent, significant};
 use serde::{Deserialize, Serialize};
@@ -372,7 +373,7 @@ pub struct Pick {
 ///
 /// # Errors
 /// [`HarnessError`] where a value of the system is refused, where the cloth has no springs, and
-/// where no form supports the system.
+/// where every form refuses the system.
 pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     let (system, _) = spec.build()?;
     let none = |value: &str| Violation {
@@ -393,21 +394,41 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     let longest = wish.step_s.unwrap_or(wish.frame_s);
     let mut all = ranking(table, &place, level, None, longest);
     all.retain(|candidate| candidate.value.is_some() && supports(candidate));
-    let (first, is_met) =
-        first(&all, wish.step_s).ok_or_else(|| none("no form supports the scene"))?;
-    let value = first.value.unwrap_or(longest);
-    let method = if first.form.is_divided {
-        let separator = if first.form.method.contains(':') { ',' } else { ':' };
-        format!("{}{separator}safety={}", first.form.method, rounded(value))
+    loop {
+        let (first, is_met) =
+            first(&all, wish.step_s).ok_or_else(|| none("no form supports the scene"))?;
+        let pick = Pick { is_met, ..picked(first, wish) };
+        if refuses(&pick, &system) {
+            let method = first.form.method.clone();
+            all.retain(|candidate| candidate.form.method != method);
+            continue;
+        }
+        let reason = reason(table, &place, LEVELS[level], &pick, first, &all);
+        return Ok(Pick { reason, ..pick });
+    }
+}
+
+/// The form and the step of a candidate.
+fn picked(candidate: &Candidate<'_>, wish: Wish) -> Pick {
+    let Known { method, is_divided, .. } = candidate.form;
+    let longest = wish.step_s.unwrap_or(wish.frame_s);
+    let value = candidate.value.unwrap_or(longest);
+    let separator = if method.contains(':') { ',' } else { ':' };
+    let (method, own) = if *is_divided {
+        (format!("{method}{separator}safety={}", rounded(value)), wish.frame_s)
     } else {
-        first.form.method.clone()
+        (method.clone(), part_of(wish.frame_s, value))
     };
-    let step_s = wish.step_s.unwrap_or_else(|| {
-        if first.form.is_divided { wish.frame_s } else { part_of(wish.frame_s, value) }
-    });
-    let pick = Pick { method, step_s, is_met, reason: String::new() };
-    let reason = reason(table, &place, LEVELS[level], &pick, first, &all);
-    Ok(Pick { reason, ..pick })
+    Pick { method, step_s: wish.step_s.unwrap_or(own), is_met: true, reason: String::new() }
+}
+
+/// Whether a form refuses a system whose effects its method supports: a limit of the step, for
+/// example, is known for springs alone.
+fn refuses(pick: &Pick, system: &System) -> bool {
+    let integrator = Choice::parse(&pick.method, &[]).ok().and_then(|choice| choice.build().ok());
+    let prepared = integrator.zip(TimeStep::new(pick.step_s).ok());
+    let outcome = prepared.map(|(mut integrator, step)| integrator.prepare(system, step));
+    matches!(outcome, Some(Err(PrepareError::Unsupported { .. })))
 }
 
 /// The first candidate that should keep the error with the given step, and `true`. Where no

@@ -54,7 +54,9 @@ fn a_choice_runs_and_its_step_is_part_of_a_frame() {
     for scene in ["hanging-textile-1e4", "hanging-textile-1e6", "flag", "skirt"] {
         for error in [1.0, 0.1, 0.01, 1e-4] {
             let pick = choose(&spec(scene), wish(error)).unwrap();
-            Choice::parse(&pick.method, &[]).unwrap();
+            let mut method = Choice::parse(&pick.method, &[]).unwrap().build().unwrap();
+            let (system, _) = spec(scene).build().unwrap();
+            method.prepare(&system, TimeStep::new(pick.step_s).unwrap()).unwrap();
             let parts = 0.01 / pick.step_s;
             assert!((parts - parts.round()).abs() < 1e-6 && parts > 0.9, "{pick:?}");
             assert!(pick.reason.contains(&pick.method) && pick.is_met, "{pick:?}");

@@ -427,7 +427,8 @@ fn taught(results: &Path) -> Result<Answer, String> {
     let soft = soft.ok_or_else(|| lacks("no sheet"))?.1.ok_or_else(|| lacks("no winner"))?;
     let why = format!(
         "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step is a \
-         line of mathematics, and the first lessons of the course are about such explicit methods",
+         line of mathematics. The course has lessons on such explicit methods, and the lab shows \
+         methods side by side",
         DAMPINGS[0]
     );
     const SHOWN: usize = 3;

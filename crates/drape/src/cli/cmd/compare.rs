@@ -94,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let input = load(&arguments.scene, arguments.limit, None)?;
     let step_s = 1.0 / options.rate;
     let time = drape_harness::time_span(Some(step_s), arguments.duration, &input)?;
+    check_frame(&arguments.frame, step_s, time.duration_s)?;
     check_folder("--out", &arguments.out)?;
     let inputs = files(&arguments.scene, &input);
     for name in ["compare.json", "compare.html"] {
@@ -255,6 +256,15 @@ fn rate(text: &str) -> Result<f64, Violation> {
         .ok_or_else(|| refusal("--frame", text, expected))
 }
 
+/// Refuses a frame that is longer than the motion: often it is a number of frames a second.
+fn check_frame(text: &str, step_s: f64, duration_s: f64) -> Result<(), Violation> {
+    let expected = format!(
+        "a length of at most the {duration_s} s of the motion; for {text} frames a second, 1/{text}"
+    );
+    let is_short = step_s <= duration_s * (1.0 + 1e-9);
+    is_short.then_some(()).ok_or_else(|| refusal("--frame", text, &expected))
+}
+
 /// A time with its unit; seconds without one.
 fn budget(text: &str) -> Result<Duration, Violation> {
     let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
@@ -268,7 +278,7 @@ fn budget(text: &str) -> Result<Duration, Violation> {
 
 #[cfg(test)]
 mod tests {
-    use super::{budget, rate};
+    use super::{budget, check_frame, rate};
     use std::time::Duration;
 
     #[test]
@@ -278,6 +288,9 @@ mod tests {
         for wrong in ["", "0", "-1/60", "1/0", "a", "1/2/3", "inf", "nan"] {
             assert!(rate(wrong).is_err(), "{wrong}");
         }
+        assert_eq!(check_frame("1/60", 1.0 / 60.0, 1.0), Ok(()));
+        let refused = check_frame("60", 60.0, 1.0).err().map(|refusal| refusal.expected);
+        assert!(refused.is_some_and(|expected| expected.ends_with("60 frames a second, 1/60")));
         let seconds = |s| Ok(Duration::from_secs_f64(s));
         for (text, expected) in [("90", 90.0), ("90s", 90.0), ("1.5m", 90.0), ("250ms", 0.25)] {
             assert_eq!(budget(text), seconds(expected), "{text}");

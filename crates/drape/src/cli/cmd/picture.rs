@@ -24,7 +24,7 @@ pub(crate) struct Arguments {
     /// A setting of the method; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Time step, s (default: of the scene; a discretised system has none)
+    /// Time step, s, a number or a fraction such as 1/60 (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true, value_parser = number)]
     dt: Option<f64>,
     /// Simulated time, s (default: of the scene; a discretised system has none)

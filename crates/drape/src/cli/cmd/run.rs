@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     /// the form and step that the study work-precision advises for this error
     #[arg(long)]
     method: String,
-    /// Time step, s (default: of the scene; a discretised system has none)
+    /// Time step, s, a number or a fraction such as 1/60 (default: of the scene; a discretised system has none)
     #[arg(long, allow_negative_numbers = true, value_parser = number)]
     dt: Option<f64>,
     /// Simulated time, s (default: of the scene; a discretised system has none)
