@@ -80,3 +80,30 @@ fn samples(facts: &Facts, timings: &[TimingRow]) -> Result<Forms, String> {
     }
     Ok(by_form)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_timing_counts_only_beside_its_own_run() {
+        let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("../results");
+        let record: Record<Facts> = read_json(&results.join("work-precision.json")).unwrap();
+        let timings = results.join("timings/work-precision.json");
+        let timings: Timings<TimingRow> = read_json(&timings).unwrap();
+        let row = &timings.rows[0];
+        let of = |row: &TimingRow| samples(&record.facts, std::slice::from_ref(row));
+        let quickest = *row.samples_ns.iter().min().unwrap();
+        let forms = of(row).unwrap();
+        let sample = forms.values().next().unwrap();
+        assert_eq!((forms.len(), sample.len()), (1, 1));
+        assert_eq!(sample[0].seconds, 1e-9 * quickest as f64);
+        let other = TimingRow { error: 2.0 * row.error, ..row.clone() };
+        assert!(of(&other).unwrap_err().contains("is not of a run in this record"));
+        let other = TimingRow { is_verified: false, ..row.clone() };
+        assert!(of(&other).unwrap_err().contains("had another result"));
+        let other = TimingRow { samples_ns: Vec::new(), ..row.clone() };
+        assert!(of(&other).unwrap_err().contains("has no sample"));
+    }
+}

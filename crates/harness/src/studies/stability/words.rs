@@ -212,11 +212,13 @@ fn over_budget(facts: &Facts) -> Option<String> {
     let (count, skipped) = (over().count(), over().filter(|cell| cell.starts == 0).count());
     let skipped = match skipped {
         0 => String::new(),
-        _ => format!(" {skipped} of them did not run: a longer step was over budget already."),
+        _ => {
+            format!("; {skipped} of them did not run, since a longer step was over budget already")
+        }
     };
     (count > 0).then(|| {
         format!(
-            "{count} of {} cells {} over budget and {} no verdict.{skipped}",
+            "{count} of {} cells {} over budget and {} no verdict{skipped}.",
             facts.cells.len(),
             names::verb(count, "is", "are"),
             names::verb(count, "has", "have")

@@ -66,7 +66,9 @@ fn a_locked_cell_is_neither_a_gain_nor_a_success() {
     assert!(said.contains("with `a`, more than half of the cells"), "{said}");
     let observed = &words.observations[0];
     assert!(observed.contains("2 of 7 cells are over budget"), "{observed}");
-    assert!(observed.ends_with("1 of them did not run: a longer step was over budget already."));
+    assert!(
+        observed.ends_with("1 of them did not run, since a longer step was over budget already.")
+    );
     let failing = facts(vec![cell("b", Verdict::Diverged)], Vec::new());
     let said = super::words(&failing).conclusion;
     assert!(
