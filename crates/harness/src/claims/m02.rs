@@ -12,8 +12,8 @@ pub(super) const CLAIM: Claim = Claim {
                 among the two methods of least modelled time for errors of 10 %, 3 % and 1 %. A \
                 case ranks nobody where the reference is in doubt by more than half of the error, \
                 and where neither two methods are ahead nor all others that compete were tried \
-                for as long as XPBD takes. In 10 ms it needs 10, 50 and 300 substeps to be stable by its energy: a \
-                fifth of them is not enough.",
+                for as long as XPBD takes. In 10 ms it needs 10, 50 and 300 substeps to be stable \
+                by its energy: a fifth of them is not enough.",
     reads: &[
         "time at 1e6 for ",
         "time at 1e8 for ",

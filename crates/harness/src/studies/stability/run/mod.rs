@@ -55,8 +55,8 @@ pub(super) fn method() -> String {
          next, {} starts run and the worst verdict counts. A run ends over budget after {:e} \
          visits of a spring. If a run with a step of at most {} s does so within the first {} of \
          its time, or a run with a step of at most {} s at all, shorter steps do not run and count \
-         as over budget: a map in which every cell ran had no exception. Limits: the step is doubled until a run fails; bisection then finds \
-         the limit to 5 %. Pair: two free particles on a spring of rest length 0 with k/m = 10⁴ \
+         as over budget: a map in which every cell ran had no exception. Limits: the step is \
+         doubled until a run fails; bisection then finds the limit to 5 %. Pair: two free particles on a spring of rest length 0 with k/m = 10⁴ \
          s⁻², which is a linear system. A step is stable if the energy in the last quarter of the \
          run is at most 1.02 times that in the first. Sheet: as in the atlas; theory takes the \
          largest eigenvalue λ of M⁻¹L_k, which bounds the Hessian at all positions. Explicit \

@@ -40,7 +40,7 @@ const SIDES: [u32; 3] = [20, 40, LARGE];
 const LARGE: u32 = 100;
 /// Methods of which one step that fails takes a minute with 10 000 particles. Two-step IMEX solves its
 /// first step by Newton's method with factors; `exponential` orthogonalises 150 vectors in each of 32
-/// parts of a step. Up to 9dd7553 they competed there, and none came ahead of XPBD.
+/// parts of a step. Until 9dd7553 they competed there, and none came ahead of XPBD.
 const SLOW_TO_FAIL: [&str; 5] =
     ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf", "exponential"];
 const STEP: f64 = 0.01;
