@@ -397,7 +397,7 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
     loop {
         let (first, is_met) =
             first(&all, wish.step_s).ok_or_else(|| none("no form supports the scene"))?;
-        let pick = Pick { is_met, ..picked(first, wish) };
+        let pick = picked(first, wish, is_met);
         if refuses(&pick, &system) {
             let method = first.form.method.clone();
             all.retain(|candidate| candidate.form.method != method);
@@ -409,7 +409,7 @@ pub fn choose(spec: &SystemSpec, wish: Wish) -> Result<Pick, HarnessError> {
 }
 
 /// The form and the step of a candidate.
-fn picked(candidate: &Candidate<'_>, wish: Wish) -> Pick {
+fn picked(candidate: &Candidate<'_>, wish: Wish, is_met: bool) -> Pick {
     let Known { method, is_divided, .. } = candidate.form;
     let longest = wish.step_s.unwrap_or(wish.frame_s);
     let value = candidate.value.unwrap_or(longest);
@@ -419,7 +419,7 @@ fn picked(candidate: &Candidate<'_>, wish: Wish) -> Pick {
     } else {
         (method.clone(), part_of(wish.frame_s, value))
     };
-    Pick { method, step_s: wish.step_s.unwrap_or(own), is_met: true, reason: String::new() }
+    Pick { method, step_s: wish.step_s.unwrap_or(own), is_met, reason: String::new() }
 }
 
 /// Whether a form refuses a system whose effects its method supports: a limit of the step, for

@@ -259,7 +259,7 @@ fn rate(text: &str) -> Result<f64, Violation> {
 /// Refuses a frame that is longer than the motion: often it is a number of frames a second.
 fn check_frame(text: &str, step_s: f64, duration_s: f64) -> Result<(), Violation> {
     let expected = format!(
-        "a length of at most the {duration_s} s of the motion; for {text} frames a second, 1/{text}"
+        "a length of at most the {duration_s} s of the motion; for 60 frames a second, 1/60"
     );
     let is_short = step_s <= duration_s * (1.0 + 1e-9);
     is_short.then_some(()).ok_or_else(|| refusal("--frame", text, &expected))

@@ -313,7 +313,8 @@ fn spec(ground: &Ground) -> Result<SystemSpec, HarnessError> {
     Ok(spec)
 }
 
-fn id(method: &str) -> &str {
+/// The id of a method with settings.
+pub(super) fn id(method: &str) -> &str {
     method.split(':').next().unwrap_or(method)
 }
 

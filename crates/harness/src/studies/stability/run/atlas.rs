@@ -57,16 +57,16 @@ pub(super) fn column(
             stiffness_over_mass_per_s2: setting.stiffness,
             damping_over_mass_per_s: setting.damping,
             step_s,
-            verdict: if is_over { Verdict::OverBudget } else { Verdict::Stable },
+            verdict: Verdict::Stable,
             starts: 0,
             gain: 0.0,
             drift: 0.0,
             reach: None,
-            reached_s: if is_over { 0.0 } else { f64::INFINITY },
+            reached_s: f64::INFINITY,
             portable: choice.is_portable(),
         };
         if is_over {
-            cells.push(cell);
+            cells.push(Cell { verdict: Verdict::OverBudget, reached_s: 0.0, ..cell });
             continue;
         }
         add(&mut cell, setting, &choice, SEEDS[0])?;

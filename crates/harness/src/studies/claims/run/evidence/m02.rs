@@ -1,6 +1,6 @@
 //! What is run for claim M02.
 
-use super::contest::Contest;
+use super::contest::{Contest, id};
 use super::{Number, Trial};
 use crate::claims::m02::{FEWER, GROUNDS, LEVELS, METHOD, STABLE, SUBSTEPS, rise};
 use crate::claims::places::Ground;
@@ -82,10 +82,9 @@ fn of_ground(ground: Ground, leaders: &[String]) -> Result<Vec<Number>, HarnessE
     // A step of a form that factorises does so hundreds of times before it gives up. A factor of
     // Newton's matrix of 10 000 particles takes a tenth of a second.
     let is_meant = |form: &Variant| {
-        let id = form.method.split(':').next().unwrap_or_default();
-        let fails_slowly = || SLOW_TO_FAIL.contains(&id);
+        let fails_slowly = || SLOW_TO_FAIL.contains(&id(form.method));
         let is_light = ground.side < LARGE || !(factorises(form) || fails_slowly());
-        is_light && (ground.side <= 20 || !form.method.starts_with(COSTLY))
+        is_light && (ground.side <= 20 || id(form.method) != COSTLY)
     };
     let most = MOST * f64::from(ground.side * ground.side) / 400.0;
     Contest::new(ground)?.places(METHOD, leaders, &LEVELS, most, is_meant)

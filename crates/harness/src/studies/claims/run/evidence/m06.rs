@@ -1,6 +1,6 @@
 //! What is run for claim M06.
 
-use super::contest::Contest;
+use super::contest::{Contest, id};
 use super::{Number, Trial};
 use crate::HarnessError;
 use crate::claims::m06::{BETTER, CHEAP, COST, ERROR, GROUNDS, LEVELS, METHODS};
@@ -32,9 +32,8 @@ const STEP: f64 = 0.01;
 
 /// The five iterate until their residual is small: one linear solve a step is another method.
 fn is_meant(form: &Variant) -> bool {
-    let id = form.method.split(':').next().unwrap_or(form.method);
     let iterates = !form.method.split([':', ',']).any(|setting| setting == "max_iterations=1");
-    !METHODS.contains(&id) || (form.is_run_everywhere() && iterates)
+    !METHODS.contains(&id(form.method)) || (form.is_run_everywhere() && iterates)
 }
 
 fn evidence() -> Result<Vec<Number>, HarnessError> {
