@@ -163,12 +163,40 @@ fn unknown_methods_settings_scenes_and_time_steps_are_refused() {
     let missing = drape(folder.path(), &["run", "no-such-scene", "--method", "imex-euler"]);
     assert_eq!(code(&missing), 2);
     assert!(text(&missing.stderr).contains("hanging-textile-1e4"));
+    for (arguments, like) in [
+        (["run", "curtian", "--method", "xpbd"].as_slice(), "curtain"),
+        (&["experiment", "tabels"], "tables"),
+        (&["inspect", "order/smoth-projected"], "smooth-projected"),
+        (&["list", "methods", "xpdb"], "xpbd"),
+        (&["scene", "skrit"], "skirt"),
+        (&["material", "denimm"], "denim"),
+    ] {
+        let output = drape(folder.path(), arguments);
+        let message = text(&output.stderr);
+        assert_eq!(code(&output), 2, "{arguments:?}: {message}");
+        assert!(message.contains(&format!("(nearest: `{like}`)")), "{message}");
+    }
     assert_eq!(code(&drape(folder.path(), &["experiment", "nothing"])), 2);
     let claim = drape(folder.path(), &["claim", "C99"]);
     assert_eq!(code(&claim), 2);
     assert!(text(&claim.stderr).contains("C01, C02") && claim.stdout.is_empty());
     assert_eq!(code(&drape(folder.path(), &["report", "."])), 2);
     assert_eq!(code(&drape(folder.path(), &["frobnicate"])), 2);
+}
+
+#[test]
+fn the_scenes_of_the_docs_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let blocks = include_str!("../docs/scenes.md").split("```json\n").skip(1);
+    let scenes = blocks.filter_map(|block| block.split("```").next());
+    let whole: Vec<_> = scenes.filter(|scene| scene.contains("\"format\"")).collect();
+    assert_eq!(whole.len(), 2);
+    for scene in whole {
+        std::fs::write(folder.path().join("scene.json"), scene).unwrap();
+        let run = ["run", "scene.json", "--method", "xpbd-lines", "--duration", "0.05"];
+        let output = drape(folder.path(), &run);
+        assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    }
 }
 
 #[test]
@@ -345,6 +373,26 @@ fn schemas_and_lists_are_printed() {
     ] {
         assert!(text(&drape(folder.path(), &["list", what]).stdout).contains(named));
     }
+    // One name alone.
+    let one = text(&drape(folder.path(), &["list", "methods", "xpbd"]).stdout);
+    assert!(one.starts_with("xpbd\n") && !one.contains("\nxpbd-lines\n"), "{one}");
+    let starts = text(&drape(folder.path(), &["list", "study-scenes", "order"]).stdout);
+    assert!(
+        !starts.is_empty() && starts.lines().all(|line| line.starts_with("order/")),
+        "{starts}"
+    );
+    let unknown = drape(folder.path(), &["list", "claims", "C99"]);
+    assert_eq!(code(&unknown), 2);
+    let message = text(&unknown.stderr);
+    let expected = "drape: `NAME` is \"C99\"; expected one of the names in the list: C01, C02";
+    assert!(message.starts_with(expected), "{message}");
+    // A bundled scene is printed as it is stored, and runs from a file.
+    let flag = drape_model::bundled::text("flag").unwrap();
+    assert_eq!(text(&drape(folder.path(), &["scene", "flag"]).stdout), flag);
+    assert_eq!(code(&drape(folder.path(), &["scene", "flag", "--out", "my.json"])), 0);
+    let run = ["run", "my.json", "--method", "xpbd-lines", "--duration", "0.05"];
+    assert_eq!(code(&drape(folder.path(), &run)), 0);
+    assert_eq!(code(&drape(folder.path(), &["scene", "flag", "--out", "my.txt"])), 2);
     // Bundled scenes are scenes.
     let scene: Scene =
         serde_json::from_str(drape_model::bundled::text("hanging-textile-1e4").unwrap()).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::methods::MethodError;
 use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
-use drape_model::{SceneError, Violation};
+use drape_model::{SceneError, Violation, nearest};
 use drape_oracle::reference::ReferenceError;
 use drape_report::RecordError;
 use std::path::PathBuf;
@@ -83,7 +83,7 @@ pub enum HarnessError {
     )]
     Threads(#[source] rayon::ThreadPoolBuildError),
     /// No such experiment.
-    #[error("no experiment `{name}`; expected one of: {known}")]
+    #[error("no experiment `{name}`{}; expected one of: {known}", nearest(name, known.split(", ")))]
     UnknownExperiment {
         /// The name that was asked for.
         name: String,
@@ -91,7 +91,10 @@ pub enum HarnessError {
         known: String,
     },
     /// A study has no start of that name.
-    #[error("the study {study} has no scene `{name}`; expected one of: {known}")]
+    #[error(
+        "the study {study} has no scene `{name}`{}; expected one of: {known}",
+        nearest(name, known.split("; "))
+    )]
     UnknownStart {
         /// The study.
         study: &'static str,

@@ -61,6 +61,7 @@ pub struct Inspection {
     /// Largest eigenvalue of the stiffness over the mass at the start, 1/s², approached from below.
     pub largest_eigenvalue_per_s2: f64,
     /// Longest stable step by method id, s, of the methods that take their springs at the old level.
+    /// It is on the safe side: the stiffest mode has the largest damping of all modes.
     pub explicit_limits_s: BTreeMap<String, f64>,
     /// Why theory predicts nothing about locking; `null` where it does.
     pub motion_unforeseen: Option<String>,

@@ -211,6 +211,11 @@ impl OrderedSimulation {
         free.filter(|(x, _)| is_inside(x)).count()
     }
 
+    /// Whether an effect damps or drags the cloth.
+    pub fn has_damping(&self) -> bool {
+        self.simulation.system.effects().any(|effect| effect.has_damping())
+    }
+
     /// Watches the energy of a run in which pins, obstacles or wind do work; `None` where none of
     /// them does.
     pub fn work_balance(&self) -> Option<WorkBalance> {

@@ -45,12 +45,24 @@ pub(crate) fn shorten(text: &str) -> String {
     format!("{head}…{tail}")
 }
 
+/// Least likeness of two names, by Jaro and Winkler, where one may be meant for the other.
+const LIKE: f64 = 0.85;
+
+/// The known name that is most like an unknown one, as a part of a sentence: `` (nearest: `NAME`)``
+/// after a space. It is empty where none is like it.
+pub fn nearest<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> String {
+    let likeness = known.into_iter().map(|other| (strsim::jaro_winkler(name, other), other));
+    let like = likeness.filter(|(share, _)| *share >= LIKE).max_by(|a, b| a.0.total_cmp(&b.0));
+    like.map_or_else(String::new, |(_, other)| format!(" (nearest: `{other}`)"))
+}
+
 /// Why a scene or a frozen system was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The name is neither a bundled scene nor a file.
     #[error(
-        "no scene `{name}`: there is no such file; expected one, or one of the bundled scenes {}",
+        "no scene `{name}`{}: there is no such file; expected one, or one of the bundled scenes {}",
+        nearest(name, known.iter().copied()),
         known.join(", ")
     )]
     Unknown {

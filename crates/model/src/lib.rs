@@ -86,7 +86,7 @@ pub use effects::{
     LinearSplit, Linearised, Part, PieceSpec, SpringEffect, SpringLaw, SpringSpec, Stencils,
     StiffnessProduct, StretchLaw, Tangent, TensionVisitor, Turn, WindSpec,
 };
-pub use error::{SceneError, Violation};
+pub use error::{SceneError, Violation, nearest};
 pub use load::{MAX_FILE_BYTES, SceneFile, load, load_within, parse};
 pub use mesh::{MeshCloth, Rotation};
 pub use numbering::Numbering;

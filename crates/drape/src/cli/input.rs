@@ -41,3 +41,8 @@ pub(crate) fn files(scene: &str, input: &SceneFile) -> Vec<PathBuf> {
 pub(crate) fn in_file(scene: &str, violation: Violation) -> SceneError {
     SceneError::Invalid { file: scene.to_owned(), violation }
 }
+
+/// The refusal of a name in a place of the command line.
+pub(crate) fn unknown_name(place: &str, name: &str, expected: String) -> anyhow::Error {
+    Violation { path: place.to_owned(), value: format!("{name:?}"), expected }.into()
+}

@@ -73,6 +73,8 @@ enum Command {
     Compare(cmd::compare::Arguments),
     /// Move the cloth of a scene and draw it as PNG
     Picture(cmd::picture::Arguments),
+    /// Print a bundled scene, as a start for one of your own (format "drape-scene/1")
+    Scene(cmd::scene::Arguments),
     /// Print the discretised system of a scene as JSON (format "drape-system/1")
     System(cmd::system::Arguments),
     /// Measure a scene and predict how each method would do on it
@@ -106,6 +108,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Run(arguments) => cmd::run::run(&arguments),
         Command::Compare(arguments) => cmd::compare::run(&arguments),
         Command::Picture(arguments) => cmd::picture::run(&arguments),
+        Command::Scene(arguments) => cmd::scene::run(&arguments),
         Command::System(arguments) => cmd::system::run(&arguments),
         Command::Inspect(arguments) => cmd::inspect::run(&arguments),
         Command::Lab(arguments) => cmd::lab::run(&arguments),

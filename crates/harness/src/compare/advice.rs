@@ -2,7 +2,7 @@
 
 use super::facts::{End, Facts, Form, Run, Scene, TIE, Truth};
 use drape_report::number::significant;
-use drape_report::printable;
+use drape_report::{Verdict, printable};
 
 /// Names in a list; the others are counted.
 const NAMES: usize = 5;
@@ -98,7 +98,7 @@ pub fn advise(facts: &Facts) -> Advice {
     };
     let refused = |form: &Form| Some((form.label.clone(), form.refusal.clone()?));
     let (explodes, fragile) = (failed(&Run::explodes), failed(&Run::is_fragile));
-    let locks = failed(&|run| run.verdict == drape_report::Verdict::Locked);
+    let locks = failed(&|run| run.verdict == Verdict::Locked);
     let is_left_out = |(form, _): &(usize, &Form)| {
         let ranks = |n: &usize| runs[*n].form == *form;
         !ranked.iter().any(ranks) && runs.iter().any(|run| run.form == *form && facts.is_met(run))
@@ -241,7 +241,14 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             (None, true) => "; the time did not suffice to push it",
             _ => "",
         };
-        format!("{error}{}{solves}{pushed}", milliseconds(run.frame_s))
+        let open = match run.verdict {
+            Verdict::Open => {
+                "; wind or pins do work until the end, so the energy was not judged: `drape run` may \
+                 end with `gained energy`"
+            }
+            _ => "",
+        };
+        format!("{error}{}{solves}{pushed}{open}", milliseconds(run.frame_s))
     };
     let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     match (&advice.take, &advice.closest) {

@@ -41,6 +41,7 @@ use crate::theory::Theory;
 use drape_integrator::{
     Integrator, Method, Registration, Safeguard, SettingError, Settings, Split,
 };
+use drape_model::nearest;
 use runs::Runs;
 
 pub(crate) use added::programs_answer_within;
@@ -51,12 +52,10 @@ pub(crate) use added::{identity, is_added, is_chosen, options};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MethodError {
     /// No method has this id.
-    #[error("no method `{id}`{like}; expected one of: {known}")]
+    #[error("no method `{id}`{}; expected one of: {known}", nearest(id, known.split(", ")))]
     Unknown {
         /// The id that was given.
         id: String,
-        /// The known id that is most like it, as a part of the sentence; else empty.
-        like: String,
         /// The known ids.
         known: String,
     },
@@ -90,16 +89,10 @@ pub enum MethodError {
     Setting(#[from] SettingError),
 }
 
-/// Least likeness of two ids, by Jaro and Winkler, where one may be meant for the other.
-const LIKE: f64 = 0.85;
-
 impl MethodError {
     fn unknown(id: &str) -> Self {
         let known: Vec<_> = added::entries().map(|entry| entry.registration.method.id).collect();
-        let like = known.iter().map(|other| (strsim::jaro_winkler(id, other), other));
-        let like = like.filter(|(share, _)| *share >= LIKE).max_by(|a, b| a.0.total_cmp(&b.0));
-        let like = like.map_or_else(String::new, |(_, id)| format!(" (nearest: `{id}`)"));
-        Self::Unknown { id: id.to_owned(), like, known: known.join(", ") }
+        Self::Unknown { id: id.to_owned(), known: known.join(", ") }
     }
 
     fn not_a_pair(method: &Method, text: &str) -> Self {

@@ -2,7 +2,7 @@
 
 use super::{HingeFit, table};
 use crate::bounds::{MAX_COEFFICIENT, positive, within};
-use crate::error::Violation;
+use crate::error::{Violation, nearest};
 use crate::strict::Strict;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
@@ -166,8 +166,9 @@ fn read_text(of: &str, folder: Option<&Path>, path: &str) -> Result<String, Viol
     let known: Vec<_> = Material::bundled().collect();
     let from = if folder.is_some() { " from the scene's folder" } else { "" };
     let expected = format!(
-        "one of the materials {}, or a file of at most {} MiB by its path{from}",
+        "one of the materials {}{}, or a file of at most {} MiB by its path{from}",
         known.join(", "),
+        nearest(of, known.iter().copied()),
         MAX_FILE >> 20
     );
     read_within(of, folder, path, &expected)

@@ -178,6 +178,9 @@ fn text(inspection: &Inspection, input: &SceneFile, assumed: Option<&str>) -> St
     for (place, few) in limits.chunks(3).enumerate() {
         line(if place == 0 { "explicit limits" } else { "" }, few.join(", "));
     }
+    if !limits.is_empty() {
+        line("", "(safe: they give all damping to the stiffest wave)".to_owned());
+    }
     for doubt in &inspection.doubts {
         line("doubtful", doubt.clone());
     }

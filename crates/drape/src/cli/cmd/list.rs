@@ -1,9 +1,11 @@
 //! `drape list`.
 
+use crate::cli::input::unknown_name;
 use crate::cli::output::print;
 use drape_harness::{Preset, bundled, claims, methods, presets, studies};
 use drape_integrator::{Method, StabilityClass};
 use drape_model::fabric::Material;
+use drape_model::nearest;
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
@@ -11,6 +13,8 @@ pub(crate) struct Arguments {
     /// What to list
     #[arg(value_enum)]
     what: What,
+    /// Only the entry of this name; for study-scenes, those of this study
+    name: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -30,75 +34,110 @@ enum What {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut text = String::new();
-    match arguments.what {
-        What::Scenes => {
-            for name in drape_model::bundled::names() {
-                let scene = bundled(name)?;
-                let time = scene.time;
-                writeln!(
-                    text,
-                    "{name}\n    {}\n    h = {} s, {} s; assumed: {}",
-                    scene.description,
-                    time.step_s,
-                    time.duration_s,
-                    scene.assumed.join(", ")
-                )?;
-            }
-        }
-        What::Materials => {
-            for name in Material::bundled() {
-                let material = Material::load(name)?;
-                let [tension, bending] = [material.tension_n_per_m, material.bending_n_m];
-                writeln!(
-                    text,
-                    "{name}\n    {}\n    {} kg/m²; tension {} and {} N/m (warp, weft), shear {} \
-                     N/m, bending {:e} and {:e} N m; assumed: {}",
-                    material.source,
-                    material.areal_density_kg_m2,
-                    tension.warp,
-                    tension.weft,
-                    material.shear_n_per_m,
-                    bending.warp,
-                    bending.weft,
-                    material.assumed.join(", ")
-                )?;
-            }
-        }
-        What::Methods => methods::all().try_for_each(|method| describe(&mut text, method))?,
-        What::Experiments => {
-            for experiment in studies::all() {
-                writeln!(text, "{}\n    {}", experiment.name(), experiment.question())?;
-                if !experiment.builds_on().is_empty() {
-                    writeln!(text, "    builds on: {}", experiment.builds_on().join(", "))?;
-                }
-                let lessons = studies::lessons(experiment.name());
-                if !lessons.is_empty() {
-                    writeln!(text, "    lessons: {}", lessons.join(" → "))?;
-                }
-            }
-        }
-        What::StudyScenes => {
-            for study in studies::all() {
-                for start in study.starts() {
-                    writeln!(text, "{}/{}", study.name(), start.name())?;
-                }
-            }
-        }
-        What::Claims => {
-            for claim in claims::all() {
-                writeln!(
-                    text,
-                    "{} ({}): {}\n    criterion: {}",
-                    claim.id, claim.origin, claim.says, claim.criterion
-                )?;
-            }
+    let mut entries = entries(arguments.what)?;
+    if let Some(name) = &arguments.name {
+        let mut known: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
+        known.dedup();
+        entries.retain(|entry| entry.name.eq_ignore_ascii_case(name));
+        if entries.is_empty() {
+            let like = nearest(name, known.iter().map(String::as_str));
+            let expected = format!("one of the names in the list{like}: {}", known.join(", "));
+            return Err(unknown_name("NAME", name, expected));
         }
     }
-    print(&text)
+    print(&entries.into_iter().map(|entry| entry.text).collect::<String>())
 }
 
-fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
+/// What is told of one name. The starts of a study stand under the name of the study.
+struct Entry {
+    name: String,
+    text: String,
+}
+
+impl Entry {
+    fn new(name: &str, text: String) -> Self {
+        Self { name: name.to_owned(), text }
+    }
+}
+
+fn entries(what: What) -> anyhow::Result<Vec<Entry>> {
+    match what {
+        What::Scenes => drape_model::bundled::names().map(scene).collect(),
+        What::Materials => Material::bundled().map(material).collect(),
+        What::Methods => methods::all().map(method).collect(),
+        What::Experiments => {
+            let experiments = studies::all().iter();
+            experiments
+                .map(|experiment| {
+                    let name = experiment.name();
+                    let mut text = format!("{name}\n    {}\n", experiment.question());
+                    if !experiment.builds_on().is_empty() {
+                        let before = experiment.builds_on().join(", ");
+                        writeln!(text, "    builds on: {before}")?;
+                    }
+                    let lessons = studies::lessons(name);
+                    if !lessons.is_empty() {
+                        writeln!(text, "    lessons: {}", lessons.join(" → "))?;
+                    }
+                    Ok(Entry::new(name, text))
+                })
+                .collect()
+        }
+        What::StudyScenes => {
+            let mut entries = Vec::new();
+            for study in studies::all() {
+                for start in study.starts() {
+                    let line = format!("{}/{}\n", study.name(), start.name());
+                    entries.push(Entry::new(study.name(), line));
+                }
+            }
+            Ok(entries)
+        }
+        What::Claims => {
+            let claims = claims::all().iter();
+            let tell = |claim: &claims::Claim| {
+                let claims::Claim { id, origin, says, criterion, .. } = claim;
+                let text = format!("{id} ({origin}): {says}\n    criterion: {criterion}\n");
+                Ok(Entry::new(id, text))
+            };
+            claims.map(tell).collect()
+        }
+    }
+}
+
+fn scene(name: &str) -> anyhow::Result<Entry> {
+    let scene = bundled(name)?;
+    let time = scene.time;
+    let text = format!(
+        "{name}\n    {}\n    h = {} s, {} s; assumed: {}\n",
+        scene.description,
+        time.step_s,
+        time.duration_s,
+        scene.assumed.join(", ")
+    );
+    Ok(Entry::new(name, text))
+}
+
+fn material(name: &str) -> anyhow::Result<Entry> {
+    let material = Material::load(name)?;
+    let [tension, bending] = [material.tension_n_per_m, material.bending_n_m];
+    let text = format!(
+        "{name}\n    {}\n    {} kg/m²; tension {} and {} N/m (warp, weft), shear {} N/m, bending \
+         {:e} and {:e} N m; assumed: {}\n",
+        material.source,
+        material.areal_density_kg_m2,
+        tension.warp,
+        tension.weft,
+        material.shear_n_per_m,
+        bending.warp,
+        bending.weft,
+        material.assumed.join(", ")
+    );
+    Ok(Entry::new(name, text))
+}
+
+fn method(method: &Method) -> anyhow::Result<Entry> {
+    let mut text = String::new();
     let order = method.order.number();
     let class = match method.class {
         StabilityClass::Dissipative => "judged by: energy must not rise",
@@ -129,5 +168,5 @@ fn describe(text: &mut String, method: &Method) -> std::fmt::Result {
         let (id, all) = (method.id, preset.written_out(method));
         writeln!(text, "    {id}:{name}    stands for {all}; {help}")?;
     }
-    Ok(())
+    Ok(Entry::new(method.id, text))
 }

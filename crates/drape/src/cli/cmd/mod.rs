@@ -16,5 +16,6 @@ mod readings;
 pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod run;
+pub(crate) mod scene;
 pub(crate) mod schema;
 pub(crate) mod system;

@@ -96,9 +96,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     simulation.set_threads(threads);
     let step = time.step_s;
     let is_short = simulation.surely_allows(step);
-    let warning = (!is_short)
-        .then(|| step_warning(simulation.explicit_numbers(), &choice, step, "at the start"))
-        .flatten();
+    let is_damped = simulation.has_damping();
+    let warn = |numbers, when: &str| step_warning(numbers, (&choice, is_damped), step, when);
+    let warning =
+        (!is_short).then(|| warn(simulation.explicit_numbers(), "at the start")).flatten();
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
@@ -190,12 +191,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         if outcome.divergence.is_none() { (&peak, "") } else { (&sound, " before it diverges") };
     let at_peak = if is_short { None } else { simulation.explicit_numbers_at_peak(peak) };
     let warning = at_peak.and_then(|(t, numbers)| {
-        step_warning(
-            numbers,
-            &choice,
-            step,
-            &format!("at t = {t:.4} s, where the cloth is fastest{before}"),
-        )
+        warn(numbers, &format!("at t = {t:.4} s, where the cloth is fastest{before}"))
     });
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
@@ -243,10 +239,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// About how many times a run samples its speed.
 const PEAKS: u64 = 100;
 
-/// The warning for a step that is too long for forces at the old time level.
+/// The warning for a step that is too long for forces at the old time level of a cloth that is
+/// damped or not.
 fn step_warning(
     numbers: ExplicitNumbers,
-    choice: &Choice,
+    (choice, is_damped): (&Choice, bool),
     step: f64,
     when: &str,
 ) -> Option<String> {
@@ -263,11 +260,13 @@ fn step_warning(
     };
     let is_divided = choice.settings().iter().any(divides);
     let id = choice.method().id;
-    let most = if choice.has_exact_limit() { "" } else { "at most " };
+    // Damping shortens the step; the limit of the stiffness alone is exact without it.
+    let most = if choice.has_exact_limit() && !is_damped { "" } else { "at most " };
+    let see = if is_damped { "; `drape inspect` gives a limit with damping" } else { "" };
     (step > limit && !is_divided).then(|| {
         format!(
             "{} takes {what} at the old time level, which allows steps of {most}about \
-             {limit:.2e} s {when}; the step of {step} s is {:.1} times as long",
+             {limit:.2e} s {when}; the step of {step} s is {:.1} times as long{see}",
             id,
             step / limit
         )
