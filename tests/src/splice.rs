@@ -78,7 +78,12 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         all.iter().filter(|other| **other == standing).count().to_string()
     };
     let motions: Facts = uses::facts(results, "trajectory")?;
-    let decided: Vec<_> = motions.winners.iter().filter(|w| w.level == LEVEL).collect();
+    // Without damping modelled times are guesses: no count takes them.
+    let is_damped = |scene: &str| {
+        motions.scenes.iter().any(|s| s.id == scene && s.damping_over_mass_per_s > 0.0)
+    };
+    let of_level = motions.winners.iter().filter(|winner| winner.level == LEVEL);
+    let decided: Vec<_> = of_level.filter(|winner| is_damped(&winner.scene)).collect();
     let ties = decided.iter().filter(|winner| !tied(winner).is_empty()).count();
     let runs = rows(results, "locking", "/facts/runs")?;
     let kept = |label: &str| {
