@@ -79,9 +79,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     };
     let motions: Facts = uses::facts(results, "trajectory")?;
     // Without damping modelled times are guesses: no count takes them.
-    let is_damped = |scene: &str| {
-        motions.scenes.iter().any(|s| s.id == scene && s.damping_over_mass_per_s > 0.0)
-    };
+    let is_damped = |scene: &str| motions.scenes.iter().any(|s| s.id == scene && s.is_damped());
     let of_level = motions.winners.iter().filter(|winner| winner.level == LEVEL);
     let decided: Vec<_> = of_level.filter(|winner| is_damped(&winner.scene)).collect();
     let ties = decided.iter().filter(|winner| !tied(winner).is_empty()).count();

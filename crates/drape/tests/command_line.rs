@@ -405,7 +405,16 @@ fn a_claim_is_tested_alone_and_prints_verdict_numbers_and_reason() {
     let output = drape(folder.path(), &["claim", "c08"]);
     assert_eq!(code(&output), 0, "{}", text(&output.stderr));
     let printed = text(&output.stdout);
-    for part in ["C08 (§3)", "criterion:", "verdict:   holds", "limit", "reason:", "scenes:"] {
+    for part in [
+        "C08 (§3)",
+        "criterion:",
+        "since:     commit ",
+        "overturned by: ",
+        "verdict:   holds",
+        "limit",
+        "reason:",
+        "scenes:",
+    ] {
         assert!(printed.contains(part), "`{part}` is missing: {printed}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "it writes no file");

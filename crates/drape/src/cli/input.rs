@@ -3,7 +3,7 @@
 use crate::cli::limit::LimitArguments;
 use drape_harness::methods::Choice;
 use drape_harness::study_scene;
-use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled};
+use drape_model::{Cloth, SceneError, SceneFile, Violation, bundled, nearest};
 use drape_report::tell;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,9 @@ pub(crate) fn in_file(scene: &str, violation: Violation) -> SceneError {
     SceneError::Invalid { file: scene.to_owned(), violation }
 }
 
-/// The refusal of a name in a place of the command line.
-pub(crate) fn unknown_name(place: &str, name: &str, expected: String) -> anyhow::Error {
+/// The refusal of a name in a place of the command line that takes one of the known names.
+pub(crate) fn unknown_name(place: &str, name: &str, kind: &str, known: &[&str]) -> anyhow::Error {
+    let like = nearest(name, known.iter().copied());
+    let expected = format!("one of the {kind}{like}: {}", known.join(", "));
     Violation { path: place.to_owned(), value: format!("{name:?}"), expected }.into()
 }

@@ -85,6 +85,13 @@ pub struct Age {
     pub changed: Option<&'static str>,
 }
 
+impl std::fmt::Display for Age {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.since)?;
+        self.changed.map_or(Ok(()), |how| write!(f, ": {how}"))
+    }
+}
+
 impl Age {
     /// It came with the code that first measured it.
     pub(super) const FIRST: Self = Self { since: "0e663d9", changed: None };

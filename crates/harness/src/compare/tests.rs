@@ -129,6 +129,12 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     assert_eq!(forms.len(), facts.forms.len(), "{forms:?}");
     assert_eq!(forms.last().map(|row| row[0].as_str()), Some("unseen"));
     assert!(line("refused").contains("friction"), "{text:?}");
+    // Where the energy was not judged, the advice says so.
+    assert!(!line("expect").contains("gained energy"), "{text:?}");
+    let mut open = facts.clone();
+    open.runs[1].verdict = Verdict::Open;
+    let expect = lines(&open, &advise(&open)).into_iter().find(|line| line.starts_with("expect"));
+    assert!(expect.is_some_and(|line| line.contains("may end with `gained energy`")));
     let command = line("run it");
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
 }

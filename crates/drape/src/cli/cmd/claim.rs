@@ -1,7 +1,7 @@
 //! `drape claim`.
 
 use crate::cli::output::{check_folder, print};
-use drape_harness::claims::{self, Age, Evidence};
+use drape_harness::claims::{self, Evidence};
 use drape_harness::{start_threads, studies};
 use drape_model::SystemSpec;
 use drape_report::{file::write_json, tell};
@@ -45,10 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut text = String::new();
     writeln!(text, "{} ({}): {}", claim.id, claim.origin, claim.says)?;
     writeln!(text, "criterion: {}", claim.criterion)?;
-    match claim.age {
-        Age { since, changed: None } => writeln!(text, "since:     commit {since}")?,
-        Age { since, changed: Some(how) } => writeln!(text, "since:     commit {since}: {how}")?,
-    }
+    writeln!(text, "since:     commit {}", claim.age)?;
     writeln!(text, "overturned by: {}", claim.overturned_by)?;
     writeln!(text, "verdict:   {}", row.verdict.name())?;
     for number in &row.numbers {

@@ -2,10 +2,10 @@
 
 use crate::cli::input::unknown_name;
 use crate::cli::output::print;
-use drape_harness::{Preset, bundled, claims, methods, presets, studies};
+use drape_harness::studies::{self, Study};
+use drape_harness::{Preset, bundled, claims, methods, presets};
 use drape_integrator::{Method, StabilityClass};
 use drape_model::fabric::Material;
-use drape_model::nearest;
 use std::fmt::Write as _;
 
 #[derive(Debug, clap::Args)]
@@ -36,28 +36,21 @@ enum What {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut entries = entries(arguments.what)?;
     if let Some(name) = &arguments.name {
-        let mut known: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
-        known.dedup();
-        entries.retain(|entry| entry.name.eq_ignore_ascii_case(name));
-        if entries.is_empty() {
-            let like = nearest(name, known.iter().map(String::as_str));
-            let expected = format!("one of the names in the list{like}: {}", known.join(", "));
-            return Err(unknown_name("NAME", name, expected));
+        let is_it = |entry: &Entry| entry.name.eq_ignore_ascii_case(name);
+        if !entries.iter().any(is_it) {
+            let mut known: Vec<_> = entries.iter().map(|entry| entry.name).collect();
+            known.dedup();
+            return Err(unknown_name("NAME", name, "names in the list", &known));
         }
+        entries.retain(is_it);
     }
     print(&entries.into_iter().map(|entry| entry.text).collect::<String>())
 }
 
 /// What is told of one name. The starts of a study stand under the name of the study.
 struct Entry {
-    name: String,
+    name: &'static str,
     text: String,
-}
-
-impl Entry {
-    fn new(name: &str, text: String) -> Self {
-        Self { name: name.to_owned(), text }
-    }
 }
 
 fn entries(what: What) -> anyhow::Result<Vec<Entry>> {
@@ -65,30 +58,13 @@ fn entries(what: What) -> anyhow::Result<Vec<Entry>> {
         What::Scenes => drape_model::bundled::names().map(scene).collect(),
         What::Materials => Material::bundled().map(material).collect(),
         What::Methods => methods::all().map(method).collect(),
-        What::Experiments => {
-            let experiments = studies::all().iter();
-            experiments
-                .map(|experiment| {
-                    let name = experiment.name();
-                    let mut text = format!("{name}\n    {}\n", experiment.question());
-                    if !experiment.builds_on().is_empty() {
-                        let before = experiment.builds_on().join(", ");
-                        writeln!(text, "    builds on: {before}")?;
-                    }
-                    let lessons = studies::lessons(name);
-                    if !lessons.is_empty() {
-                        writeln!(text, "    lessons: {}", lessons.join(" → "))?;
-                    }
-                    Ok(Entry::new(name, text))
-                })
-                .collect()
-        }
+        What::Experiments => studies::all().iter().map(|study| experiment(*study)).collect(),
         What::StudyScenes => {
             let mut entries = Vec::new();
             for study in studies::all() {
                 for start in study.starts() {
                     let line = format!("{}/{}\n", study.name(), start.name());
-                    entries.push(Entry::new(study.name(), line));
+                    entries.push(Entry { name: study.name(), text: line });
                 }
             }
             Ok(entries)
@@ -98,14 +74,14 @@ fn entries(what: What) -> anyhow::Result<Vec<Entry>> {
             let tell = |claim: &claims::Claim| {
                 let claims::Claim { id, origin, says, criterion, .. } = claim;
                 let text = format!("{id} ({origin}): {says}\n    criterion: {criterion}\n");
-                Ok(Entry::new(id, text))
+                Ok(Entry { name: id, text })
             };
             claims.map(tell).collect()
         }
     }
 }
 
-fn scene(name: &str) -> anyhow::Result<Entry> {
+fn scene(name: &'static str) -> anyhow::Result<Entry> {
     let scene = bundled(name)?;
     let time = scene.time;
     let text = format!(
@@ -115,10 +91,10 @@ fn scene(name: &str) -> anyhow::Result<Entry> {
         time.duration_s,
         scene.assumed.join(", ")
     );
-    Ok(Entry::new(name, text))
+    Ok(Entry { name, text })
 }
 
-fn material(name: &str) -> anyhow::Result<Entry> {
+fn material(name: &'static str) -> anyhow::Result<Entry> {
     let material = Material::load(name)?;
     let [tension, bending] = [material.tension_n_per_m, material.bending_n_m];
     let text = format!(
@@ -133,7 +109,20 @@ fn material(name: &str) -> anyhow::Result<Entry> {
         bending.weft,
         material.assumed.join(", ")
     );
-    Ok(Entry::new(name, text))
+    Ok(Entry { name, text })
+}
+
+fn experiment(study: &dyn Study) -> anyhow::Result<Entry> {
+    let name = study.name();
+    let mut text = format!("{name}\n    {}\n", study.question());
+    if !study.builds_on().is_empty() {
+        writeln!(text, "    builds on: {}", study.builds_on().join(", "))?;
+    }
+    let lessons = studies::lessons(name);
+    if !lessons.is_empty() {
+        writeln!(text, "    lessons: {}", lessons.join(" → "))?;
+    }
+    Ok(Entry { name, text })
 }
 
 fn method(method: &Method) -> anyhow::Result<Entry> {
@@ -168,5 +157,5 @@ fn method(method: &Method) -> anyhow::Result<Entry> {
         let (id, all) = (method.id, preset.written_out(method));
         writeln!(text, "    {id}:{name}    stands for {all}; {help}")?;
     }
-    Ok(Entry::new(method.id, text))
+    Ok(Entry { name: method.id, text })
 }

@@ -2,7 +2,7 @@
 
 use crate::cli::input::unknown_name;
 use crate::cli::output::{Sink, check_extension, print};
-use drape_model::{bundled, nearest};
+use drape_model::bundled;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -18,9 +18,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let name = &arguments.scene;
     let Some(text) = bundled::text(name) else {
         let known: Vec<_> = bundled::names().collect();
-        let like = nearest(name, known.iter().copied());
-        let expected = format!("one of the bundled scenes{like}: {}", known.join(", "));
-        return Err(unknown_name("SCENE", name, expected));
+        return Err(unknown_name("SCENE", name, "bundled scenes", &known));
     };
     match &arguments.out {
         Some(file) => {

@@ -1,7 +1,7 @@
 //! Figure and tables of the experiment `claims`.
 
 use super::facts::{Facts, Number, Row, Ruling, TimedCase, TimingRow};
-use crate::claims::{Age, Evidence, Origin, Reading, Standing, find, is_expectation, standing};
+use crate::claims::{Evidence, Origin, Reading, Standing, find, is_expectation, standing};
 use drape_report::number::{significant, trimmed};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -177,10 +177,7 @@ fn ledger(input: &Input, rows: &[&Row], title: &str, origin: &str) -> Table {
             judgement.repair.unwrap_or_else(absent),
             claim.overturned_by.to_owned(),
             format!("[{}](figures/{})", claim.see, claim.see),
-            match claim.age {
-                Age { since, changed: None } => since.to_owned(),
-                Age { since, changed: Some(how) } => format!("{since}: {how}"),
-            },
+            claim.age.to_string(),
         ])
     };
     Table {

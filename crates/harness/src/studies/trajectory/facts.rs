@@ -76,7 +76,7 @@ pub struct Scene {
 impl Scene {
     /// Whether the sheet is damped. The prices of work were fitted to damped sheets, so modelled
     /// times without damping are guesses.
-    pub(super) fn is_damped(&self) -> bool {
+    pub fn is_damped(&self) -> bool {
         self.damping_over_mass_per_s > 0.0
     }
 
