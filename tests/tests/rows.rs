@@ -52,8 +52,8 @@ const SCENES: [(&str, &str, &[Refusal]); 3] = [
     ("trajectory", "rows", &[("d/m = 0", &["rkc"])]),
 ];
 
-/// The adaptive method of a library, beside which `work-precision` compares the methods.
-const LIBRARY: &str = "dop853";
+/// The adaptive method of the references, beside which `work-precision` compares the methods.
+const DOP853: &str = "dop853";
 
 /// The rows of a list of a committed record.
 fn rows(study: &str, list: &str) -> Vec<Value> {
@@ -75,7 +75,7 @@ fn run(row: &Value) -> (&str, bool) {
 fn every_method_has_a_row_in_every_study_that_compares_all() {
     for (study, list, exceptions) in STUDIES {
         let rows = rows(study, list);
-        let ran = rows.iter().map(run).filter(|(id, has_run)| *has_run && *id != LIBRARY);
+        let ran = rows.iter().map(run).filter(|(id, has_run)| *has_run && *id != DOP853);
         assert_covers(study, ran.map(|(id, _)| id), exceptions);
     }
 }
@@ -93,7 +93,7 @@ fn every_scene_has_every_method_but_those_that_refuse_it() {
         let scene = |row: &Value| row["scene"].as_str().expect("a scene").to_owned();
         for place in rows.iter().map(scene).collect::<BTreeSet<_>>() {
             let own = rows.iter().filter(|row| scene(row) == place).map(run);
-            let ran = own.filter(|(id, has_run)| *has_run && *id != LIBRARY).map(|(id, _)| id);
+            let ran = own.filter(|(id, has_run)| *has_run && *id != DOP853).map(|(id, _)| id);
             let is_meant = |part: &str| match part.split_once(" = ") {
                 // A number that begins another is not that number.
                 Some(_) => place.ends_with(part),

@@ -7,15 +7,15 @@ use drape_report::plot::Look;
 
 /// How the label of a form that controls its step ends.
 const ADAPTIVE: &str = ", adaptive";
-/// The adaptive method of a library with which the methods are compared.
-const LIBRARY: &str = "dop853";
+/// The adaptive method of the references, with which the methods are compared.
+const DOP853: &str = "dop853";
 /// Place of a method outside the registry.
 const UNKNOWN: usize = 46;
 
 fn kin(method: &str, label: &str) -> Kin {
     let id = method.split(':').next().unwrap_or(method);
     match methods::theory_of(id) {
-        _ if label.ends_with(ADAPTIVE) || id == LIBRARY => Kin::Adaptive,
+        _ if label.ends_with(ADAPTIVE) || id == DOP853 => Kin::Adaptive,
         Some(theory) => theory.kin,
         None => Kin::Other,
     }
@@ -26,7 +26,7 @@ fn kin(method: &str, label: &str) -> Kin {
 fn place(name: &str) -> usize {
     let id = name.split([':', ',', ' ']).next().unwrap_or(name);
     let place = methods::all().position(|method| method.id == id);
-    place.unwrap_or(if id == LIBRARY { UNKNOWN + 1 } else { UNKNOWN })
+    place.unwrap_or(if id == DOP853 { UNKNOWN + 1 } else { UNKNOWN })
 }
 
 /// The looks of forms, in the order given. A method has one colour and marker in all figures;

@@ -26,6 +26,9 @@ pub const BLOCK: usize = 256;
 /// Number of particles in a group, each with accumulators of its own.
 pub const SLOTS: usize = 4;
 
+/// Numbers that [`weighted_sum`] keeps in registers at a time.
+const CHUNK: usize = 32;
+
 /// The dot product over all particles and coordinates, Σ aᵢ·bᵢ, in the order of the
 /// [module's text](self).
 ///
@@ -194,6 +197,47 @@ pub fn extrapolate(x: &[Vec3], y: &[Vec3], out: &mut [Vec3]) {
     });
 }
 
+/// `out ← ((y + c₀ k₀) + c₁ k₁) + …` over the terms `(cᵢ, kᵢ)` in their order, with 0 for an absent
+/// `y`: a stage of a Runge-Kutta method in one pass.
+///
+/// # Panics
+/// When the lengths differ.
+pub fn weighted_sum(y: Option<&[Vec3]>, terms: &[(f64, &[Vec3])], out: &mut [Vec3]) {
+    for k in y.iter().chain(terms.iter().map(|(_, k)| k)) {
+        assert_eq!(k.len(), out.len(), "block vectors of different length");
+    }
+    vectorised!(pulp::Arch::new(), [_four,
+        y: Option<&'k [f64]> = y.map(bytemuck::cast_slice),
+        terms: &'k [(f64, &'k [Vec3])] = terms,
+        out: &'k mut [f64] = bytemuck::cast_slice_mut(out),
+    ] -> () {
+        let (chunks, rest) = out.as_chunks_mut::<CHUNK>();
+        for (at, out) in chunks.iter_mut().enumerate() {
+            let mut sum = match y {
+                Some(y) => y.as_chunks().0[at],
+                None => [0.0; CHUNK],
+            };
+            for (c, k) in terms {
+                let k: &[f64] = bytemuck::cast_slice(k);
+                let k: &[f64; CHUNK] = &k.as_chunks().0[at];
+                for (sum, k) in sum.iter_mut().zip(k) {
+                    *sum += k * c;
+                }
+            }
+            *out = sum;
+        }
+        let begin = CHUNK * chunks.len();
+        for (at, out) in (begin..).zip(rest) {
+            let mut sum = y.map_or(0.0, |y| y[at]);
+            for (c, k) in terms {
+                let k: &[f64] = bytemuck::cast_slice(k);
+                sum += k[at] * c;
+            }
+            *out = sum;
+        }
+    });
+}
+
 /// `y ← w x + alpha y` with one weight per particle.
 ///
 /// # Panics
@@ -293,6 +337,14 @@ pub mod reference {
         total
     }
 
+    /// `out ← ((y + c₀ k₀) + c₁ k₁) + …`, number by number.
+    pub fn weighted_sum(y: Option<&[Vec3]>, terms: &[(f64, &[Vec3])], out: &mut [Vec3]) {
+        for i in 0..out.len() {
+            let begin = y.map_or(Vec3::zeros(), |y| y[i]);
+            out[i] = terms.iter().fold(begin, |sum, (c, k)| sum + k[i] * *c);
+        }
+    }
+
     /// `y ← f(w, x, y)` for each coordinate of each particle.
     pub fn update(w: &[f64], x: &[Vec3], y: &mut [Vec3], f: impl Fn(f64, f64, f64) -> f64) {
         for i in 0..y.len() {
@@ -321,6 +373,25 @@ mod tests {
                 assert_same_bits((n, bands), &reference::dot(Some(&w), &a, &b), &shared);
             }
             assert_same_bits(n, &reference::dot(Some(&w), &a, &b), &weighted_dot(&w, &a, &b));
+        }
+    }
+
+    #[test]
+    fn a_weighted_sum_has_the_bits_of_the_readable_loop() {
+        let mut random = Random::new(7);
+        for n in [0, 1, 2, 10, 11, 12, 31, 32, 33, 100, 257] {
+            let all: Vec<_> = (0..13).map(|_| random.vectors(n)).collect();
+            for count in 0..all.len() {
+                let factors = random.units(count);
+                let terms = factors.iter().zip(&all[1..]);
+                let terms: Vec<_> = terms.map(|(c, k)| (*c, k.as_slice())).collect();
+                for y in [None, Some(all[0].as_slice())] {
+                    let mut outs = [vec![Vec3::repeat(f64::NAN); n], vec![Vec3::zeros(); n]];
+                    reference::weighted_sum(y, &terms, &mut outs[0]);
+                    weighted_sum(y, &terms, &mut outs[1]);
+                    assert_same_bits((n, count), &outs[0], &outs[1]);
+                }
+            }
         }
     }
 

@@ -11,6 +11,7 @@
 //! | [`recurrence`] | on the damped oscillator a step is a known 2 × 2 matrix per level | round-off |
 //! | [`laws`] | spin of two particles, free fall, lengths of a hanging chain | round-off |
 //! | [`finite_difference`] | force = −∇energy, stiffness = −∂f/∂x, damping = −∂f/∂v | about 1e-9 |
+//! | [`mod@adaptive`] | explicit Runge–Kutta methods that choose their steps | a tolerance a step |
 //! | [`mod@reference`] | the solution of the differential equation itself | a stated error |
 //! | [`published`] | where public programs move a sheet, and their steps written out | single precision |
 //! | [`elastica`] | shape of a clamped strip under its weight | about 1e-6 |
@@ -36,6 +37,7 @@
 //! For one particle of mass `m` on an anchored spring `κ = k/m`, `δ = c/m`; for the relative motion
 //! of two free particles of mass `m` each, `κ = 2k/m`, `δ = 2c/m`.
 
+pub mod adaptive;
 pub mod checks;
 pub mod elastica;
 pub mod finite_difference;

@@ -1,11 +1,13 @@
-//! DOP853, as drape computes its true motions, beside `tsit45` of the library `diffsol`: seconds and
-//! error on the same forces, for tolerances from coarse to fine, by turns, the least of five runs.
+//! drape's adaptive Runge-Kutta methods, DOP853 and Tsit5, beside `tsit45` of the library `diffsol`:
+//! seconds and error on the same forces, for tolerances from coarse to fine, by turns, the least of
+//! five runs.
 //!
 //!     cargo run --release --manifest-path benches/programs/tsit45/Cargo.toml
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod};
 use drape_model::{Level, State, System, Vec3};
-use drape_oracle::reference::{ReferenceSettings, adaptive, reference};
+use drape_oracle::adaptive::{Pair, adaptive};
+use drape_oracle::reference::{ReferenceSettings, reference};
 use std::cell::RefCell;
 use std::error::Error;
 use std::time::Instant;
@@ -27,7 +29,8 @@ fn error(x: &[Vec3], exact: &State) -> f64 {
     x.iter().zip(&exact.x).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-fn dop853(
+fn ours(
+    pair: Pair,
     system: &System,
     start: &State,
     exact: &State,
@@ -35,7 +38,7 @@ fn dop853(
 ) -> Result<Run, Box<dyn Error>> {
     let settings = ReferenceSettings { tolerance, ..ReferenceSettings::default() };
     let begin = Instant::now();
-    let run = adaptive(system, start, SPAN_S, settings)?;
+    let run = adaptive(pair, system, start, SPAN_S, settings)?;
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Run { seconds, evaluations: run.evaluations, error: error(&run.state.x, exact) })
 }
@@ -98,16 +101,20 @@ fn seconds_for(runs: &[Run], error: f64) -> Option<f64> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     type Solve = fn(&System, &State, &State, f64) -> Result<Run, Box<dyn Error>>;
-    let solvers: [(&str, Solve); 2] = [("dop853", dop853), ("tsit45", tsit45)];
+    let solvers: [(&str, Solve); 3] = [
+        ("dop853", |system, start, exact, tol| ours(Pair::Dop853, system, start, exact, tol)),
+        ("tsit5", |system, start, exact, tol| ours(Pair::Tsit5, system, start, exact, tol)),
+        ("diffsol", tsit45),
+    ];
     for name in SCENES {
         let scene = drape_model::load(name)?;
         let (system, start) = scene.spec().build()?;
         let exact = reference(&system, &start, &[SPAN_S], ReferenceSettings::default())?;
         let exact = &exact.states[0];
         println!("{name}: {} particles, {SPAN_S} s", start.x.len());
-        let mut all: [Vec<Run>; 2] = [Vec::new(), Vec::new()];
+        let mut all: [Vec<Run>; 3] = Default::default();
         for tolerance in TOLERANCES {
-            let mut best: [Option<Run>; 2] = [None, None];
+            let mut best: [Option<Run>; 3] = Default::default();
             for _ in 0..ROUNDS {
                 for ((_, solve), best) in solvers.iter().zip(&mut best) {
                     let run = solve(&system, &start, exact, tolerance)?;
@@ -126,11 +133,15 @@ fn main() -> Result<(), Box<dyn Error>> {
                 all.push(run);
             }
         }
-        for error in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            if let (Some(ours), Some(other)) =
-                (seconds_for(&all[0], error), seconds_for(&all[1], error))
-            {
-                println!("  at {error:e} m: tsit45 takes {:.2} times the time", other / ours);
+        for error in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11] {
+            let Some(other) = seconds_for(&all[2], error) else { continue };
+            for ((id, _), runs) in solvers.iter().zip(&all[..2]) {
+                if let Some(ours) = seconds_for(runs, error) {
+                    println!(
+                        "  at {error:e} m: diffsol takes {:.2} times as long as {id}",
+                        other / ours
+                    );
+                }
             }
         }
     }

@@ -176,8 +176,8 @@ pub(crate) mod work {
         /// A setting of a method that divides the given steps by itself: its name, and its values,
         /// the coarsest first.
         Setting(&'static str, &'static [f64]),
-        /// The tolerance of the adaptive method of a library.
-        Library(&'static [f64]),
+        /// The tolerance of DOP853.
+        Tolerance(&'static [f64]),
     }
 
     /// The series of the study in which a form is run.

@@ -90,7 +90,7 @@ pub struct Row {
     /// others.
     pub label: String,
     /// Method id with the settings that are the same in all runs; `dop853` for the adaptive method
-    /// of a library.
+    /// of the references.
     pub method: String,
     /// What differs from run to run: `steps`, `tolerance` or another setting of the method.
     pub knob: String,
@@ -106,7 +106,7 @@ pub struct Row {
 pub struct Run {
     /// Value of the knob: number of steps, tolerance, or another setting.
     pub value: f64,
-    /// Step that the method is asked for, s; `None` for the library, which chooses its own.
+    /// Step that the method is asked for, s; `None` for DOP853, which chooses its own.
     pub step_s: Option<f64>,
     /// `completed`, `diverged` or `over budget`.
     pub verdict: Verdict,

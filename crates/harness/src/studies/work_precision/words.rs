@@ -35,7 +35,7 @@ pub(super) fn words(facts: &Facts) -> Words {
             conclusions.join(" ")
         )
     };
-    let observations = [levels(facts), shapes(facts), sizes(facts), library(facts), missed(facts)];
+    let observations = [levels(facts), shapes(facts), sizes(facts), adaptive(facts), missed(facts)];
     Words {
         conclusion,
         observations: observations.into_iter().flatten().collect(),
@@ -168,24 +168,24 @@ fn sizes(facts: &Facts) -> Option<String> {
         .then(|| format!("From {least} to {most} particles, for {error}, {}.", told(leads)))
 }
 
-/// What the library's method costs. Its rows are those whose runs have no step length.
-fn library(facts: &Facts) -> Option<String> {
-    let is_library = |row: &&Row| row.runs.iter().all(|run| run.step_s.is_none());
+/// What DOP853 costs. Its rows are those whose runs have no step length.
+fn adaptive(facts: &Facts) -> Option<String> {
+    let is_adaptive = |row: &&Row| row.runs.iter().all(|run| run.step_s.is_none());
     let mut ratios = Vec::new();
     for scene in series(facts, "light") {
         let rows = || rows_of(facts, &scene.id);
-        let (Some((_, least)), true) = (cheapest(rows(), LEVEL), rows().any(|r| is_library(&r)))
+        let (Some((_, least)), true) = (cheapest(rows(), LEVEL), rows().any(|r| is_adaptive(&r)))
         else {
             continue;
         };
-        let own = cheapest(rows().filter(is_library), LEVEL);
+        let own = cheapest(rows().filter(is_adaptive), LEVEL);
         ratios
             .extend(own.map(|(row, run)| (run.modelled_s / least.modelled_s, row.label.as_str())));
     }
     ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (least, most) = (ratios.first()?, ratios.last()?);
     Some(format!(
-        "`{}`, the adaptive method of a library, costs {} to {} times as much as the cheapest \
+        "`{}`, the adaptive method of the references, costs {} to {} times as much as the cheapest \
          method for {}, where it reaches that error.",
         least.1,
         significant(least.0, 2),

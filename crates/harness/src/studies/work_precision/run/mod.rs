@@ -142,7 +142,7 @@ const METHOD: &str = "\
     step until the error is below 10⁻⁵ or the run exceeds the budget of its scene. Implicit \
     methods begin at T/8, explicit ones beyond their limit. `leapfrog` divides frames of T/16 into \
     steps below its stability limit, of which it uses the share `safety`. For comparison, `dop853` \
-    is the adaptive method of the library `ode_solvers` at tolerances from 10⁻² to 10⁻¹⁰. Modelled \
+    is that adaptive method at tolerances from 10⁻² to 10⁻¹⁰. Modelled \
     time ranks the runs: the visits of a spring in forces, products, factorisations and set-ups, \
     each times its price in this form. The prices were fitted once to measured times and are part \
     of the source (`drape_harness::cost`). A method ties with the winner if it takes less than \

@@ -9,7 +9,8 @@ use crate::methods::Choice;
 use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
 use drape_model::{State, TimeSpan};
-use drape_oracle::reference::{ReferenceError, ReferenceSettings, adaptive};
+use drape_oracle::adaptive::{Pair, adaptive};
+use drape_oracle::reference::{ReferenceError, ReferenceSettings};
 use drape_report::Verdict;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -30,9 +31,9 @@ const LEAST_GROWTH: f64 = 1.4;
 const SAME_GROWTH: f64 = 0.9;
 /// Evaluations of the forces in a step of DOP853.
 const STAGES: f64 = 12.0;
-/// Work of combining the stages of a DOP853 step as the library does it, in visits of a spring per
-/// particle.
-const COMBINING: f64 = 150.0;
+/// Work of combining the stages of a DOP853 step and of estimating its error, in visits of a spring
+/// per particle.
+const COMBINING: f64 = 45.0;
 
 /// Lower bound on the effort of the next, finer run.
 fn expected(runs: &[Run]) -> f64 {
@@ -125,7 +126,7 @@ impl Setting {
     /// Values of the knob, coarsest first.
     fn values(&self, variant: &Variant) -> Vec<f64> {
         match variant.knob {
-            Knob::Setting(_, values) | Knob::Library(values) => values.to_vec(),
+            Knob::Setting(_, values) | Knob::Tolerance(values) => values.to_vec(),
             Knob::Steps => {
                 let first = if is_limited_by_stiffness(variant.method) {
                     // The largest power of two with unstable steps, judged by the fastest undamped
@@ -143,8 +144,8 @@ impl Setting {
 
     /// Makes one run, or takes over what another row has kept.
     fn run_once(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
-        // The library ends by its steps, not by the visits of a budget.
-        let kept = self.kept.as_ref().filter(|_| !matches!(variant.knob, Knob::Library(_)));
+        // DOP853 ends by its steps, not by the visits of a budget.
+        let kept = self.kept.as_ref().filter(|_| !matches!(variant.knob, Knob::Tolerance(_)));
         let budget = self.budget(variant);
         if let Some(run) = kept.and_then(|kept| kept.get(variant, value, budget)) {
             return Ok(run);
@@ -248,7 +249,7 @@ impl Setting {
         self.truth.as_ref()?.flaw(&beside?)
     }
 
-    /// The other errors of the library's method, where it ends in this state.
+    /// The other errors of DOP853, where it ends in this state.
     fn beside(&self, end: State, tolerance: f64) -> Option<Beside> {
         let truth = self.truth.as_ref()?;
         let seen = truth.film(&self.simulation, tolerance)?;
@@ -256,14 +257,15 @@ impl Setting {
         Some(truth.beside(&end, &seen))
     }
 
-    /// A run of the library's adaptive method.
+    /// A run of DOP853.
     fn adapt(&self, tolerance: f64, budget: f64) -> Result<Timed, HarnessError> {
         let particles = self.scene.particles as f64;
         let sweep = self.scene.springs as f64 + particles;
         let max_steps = (budget / (STAGES * sweep + COMBINING * particles)) as u32;
         let settings = ReferenceSettings { tolerance, max_steps };
         let begin = Instant::now();
-        let result = adaptive(&self.simulation.system, &self.simulation.state, SPAN, settings);
+        let Simulation { system, state } = &self.simulation;
+        let result = adaptive(Pair::Dop853, system, state, SPAN, settings);
         let nanoseconds = begin.elapsed().as_nanos() as u64;
         let mut beside = None;
         let (verdict, error, steps, evaluations) = match result {

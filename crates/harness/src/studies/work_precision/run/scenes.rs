@@ -7,8 +7,9 @@ use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
+use drape_oracle::adaptive::{Pair, adaptive};
 use drape_oracle::order::position_error;
-use drape_oracle::reference::{ReferenceSettings, adaptive};
+use drape_oracle::reference::ReferenceSettings;
 use std::sync::Arc;
 
 /// How a sheet is held and starts.
@@ -314,5 +315,5 @@ pub(in crate::studies) fn at_end(
     tolerance: f64,
 ) -> Result<State, HarnessError> {
     let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
-    Ok(adaptive(system, state, SPAN, settings)?.state)
+    Ok(adaptive(Pair::Dop853, system, state, SPAN, settings)?.state)
 }

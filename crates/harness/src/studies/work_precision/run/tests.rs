@@ -30,7 +30,7 @@ fn every_method_of_the_registry_runs_everywhere_and_every_variant_can_be_built()
         assert!(VARIANTS[..n].iter().all(|other| other.label != variant.label));
         let values = match variant.knob {
             Knob::Steps => &[8.0][..],
-            Knob::Setting(_, values) | Knob::Library(values) => values,
+            Knob::Setting(_, values) | Knob::Tolerance(values) => values,
         };
         for &value in values {
             let choice = variant.choice(value).expect("a valid setting");
@@ -273,7 +273,7 @@ fn a_lead_that_hangs_on_the_level_is_narrow() {
     }
 }
 
-/// Noise is the same as in `trajectory`, errors are those without it, and the library's method is
+/// Noise is the same as in `trajectory`, errors are those without it, and DOP853 is
 /// judged by its energy too.
 #[test]
 fn noise_is_measured_beside_the_reference_and_every_form_is_judged() {

@@ -14,7 +14,7 @@ pub(super) fn method() -> String {
 
 const METHOD: &str = "\
     One run at a time on one thread. The time includes set-up and all steps, but not the work of \
-    the harness between steps; for `dop853` it is the whole call of the library. Seconds are the \
+    the harness between steps; for `dop853` it is the whole run. Seconds are the \
     median of three repetitions; a run beyond 0.3 s is timed once. The study times the lightly \
     damped series over the stiffness, the heavily damped sheets from k/m = 10⁶ s⁻² on, and the \
     finest sheet of the same cloth. Of every form it times the quick runs and the runs that are \

@@ -8,8 +8,9 @@ use crate::studies::sheet::cut;
 use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::{State, System, SystemSpec, Vec3};
 use drape_oracle::Random;
+use drape_oracle::adaptive::{Pair, adaptive};
 use drape_oracle::order::position_error;
-use drape_oracle::reference::{ReferenceSettings, adaptive};
+use drape_oracle::reference::ReferenceSettings;
 
 /// Seed of the random numbers that perturb the starts.
 pub(in crate::studies) const SEED: u64 = 20;
@@ -73,7 +74,7 @@ fn motion(system: &System, start: &State, tolerance: f64) -> Result<Vec<State>, 
     let mut states: Vec<State> = Vec::new();
     for _ in 0..FRAMES {
         let from = states.last().unwrap_or(start);
-        let next = adaptive(system, from, SPAN / f64::from(FRAMES), settings)?.state;
+        let next = adaptive(Pair::Dop853, system, from, SPAN / f64::from(FRAMES), settings)?.state;
         states.push(next);
     }
     Ok(states)
@@ -174,8 +175,8 @@ impl Truth {
         self.camera.glance(runner, simulation, steps as u32 / FRAMES)
     }
 
-    /// The film of the library's adaptive method at a tolerance; `None` if it does not get to the
-    /// end. The method starts anew at each frame, because the library stops nowhere else.
+    /// The film of DOP853 at a tolerance; `None` if it does not get to the
+    /// end. The method starts anew at each frame.
     pub(super) fn film(&self, start: &Simulation, tolerance: f64) -> Option<Seen> {
         let Simulation { system, state } = start;
         let states = motion(system, state, tolerance).ok()?;

@@ -10,15 +10,15 @@ use std::sync::LazyLock;
 pub(in crate::studies) const DOP853: &str = "dop853";
 const TOLERANCES: &[f64] = &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
 
-/// The method of a library, then all forms of the registry's methods; those under step size control
+/// DOP853, then all forms of the registry's methods; those under step size control
 /// come last.
 pub(in crate::studies) static VARIANTS: LazyLock<Vec<Variant>> = LazyLock::new(|| {
-    let library = work::headline(DOP853, DOP853).knob(Knob::Library(TOLERANCES));
+    let dop853 = work::headline(DOP853, DOP853).knob(Knob::Tolerance(TOLERANCES));
     let forms = methods::runs().flat_map(|(method, runs)| {
         or_defaults(method, runs.work_precision, |form| work::main(form.label, form.method))
     });
     let (adaptive, steady): (Vec<_>, Vec<_>) = forms.partition(Variant::is_adaptive);
-    [vec![library], steady, adaptive].concat()
+    [vec![dop853], steady, adaptive].concat()
 });
 
 impl Variant {
@@ -37,7 +37,7 @@ impl Variant {
         self.scope != Scope::Extra
     }
 
-    /// The method at a value of the knob; `None` for the library.
+    /// The method at a value of the knob; `None` for DOP853.
     pub(in crate::studies::work_precision) fn choice(
         &self,
         value: f64,
@@ -45,7 +45,7 @@ impl Variant {
         let more = match self.knob {
             Knob::Steps => Vec::new(),
             Knob::Setting(key, _) => vec![format!("{key}={value}")],
-            Knob::Library(_) => return Ok(None),
+            Knob::Tolerance(_) => return Ok(None),
         };
         Ok(Some(Choice::parse(self.method, &more)?))
     }
@@ -55,7 +55,7 @@ impl Variant {
         match self.knob {
             Knob::Steps => "steps",
             Knob::Setting(key, _) => key,
-            Knob::Library(_) => "tolerance",
+            Knob::Tolerance(_) => "tolerance",
         }
     }
 }
