@@ -307,10 +307,8 @@ mod tests {
         let forms = prices().forms.iter();
         let tried: Vec<_> = forms.filter_map(|p| Some((p.method.as_str(), p.left_out?))).collect();
         assert!(tried.len() > 50);
-        // The methodology names the one form whose left-out runs it foresees less well.
-        let mut beyond = tried.iter().filter(|(_, factor)| *factor > 1.25);
-        let (method, factor) = beyond.next().unwrap();
-        assert!(*method == "backward-euler:residual=1e-3" && *factor <= 1.26, "{method}: {factor}");
-        assert_eq!(beyond.next(), None);
+        for (method, factor) in tried {
+            assert!(factor <= 1.25, "{method}: within {factor}, left out");
+        }
     }
 }

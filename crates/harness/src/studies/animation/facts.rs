@@ -55,7 +55,7 @@ pub enum Measure {
     /// later all motions are equally far apart.
     Trajectory,
     /// No distance: after seconds of contact or wind none tells runs apart. A run is good if it
-    /// keeps its kinetic energy and its strain.
+    /// is near at 0.3 s and keeps its kinetic energy and its strain.
     Kept,
 }
 
@@ -126,6 +126,11 @@ impl Scene {
     /// true motions apart, and a run may err by as much again.
     pub fn good_m(&self) -> f64 {
         GOOD.max(2.0 * self.floor_m())
+    }
+
+    /// Largest error at 0.3 s of a good run if no distance ranks, m.
+    fn good_at_first_m(&self) -> f64 {
+        GOOD.max(2.0 * self.trajectory_floor_m)
     }
 
     /// The error that ranks a run, m; `None` if no distance ranks or the run was not measured.
@@ -213,12 +218,14 @@ impl Run {
     }
 
     /// Whether the run is sound and near enough to the true motion. If no distance ranks, it must
-    /// keep its kinetic energy and its strain instead.
+    /// be near at 0.3 s, and keep its kinetic energy and its strain until the end.
     pub fn is_good(&self, scene: &Scene) -> bool {
         let is_near = match scene.measure {
             Measure::Kept => {
                 let is_lively = |kept: f64| (1.0 / LIVELY..=LIVELY).contains(&kept);
-                self.kinetic.is_some_and(is_lively)
+                let begins_near = |error: f64| error <= scene.good_at_first_m();
+                self.trajectory_error_m.is_some_and(begins_near)
+                    && self.kinetic.is_some_and(is_lively)
                     && self.excess_strain.is_some_and(|strain| strain <= STRETCHED)
             }
             _ => scene.error(self).is_some_and(|error| error <= scene.good_m()),

@@ -131,11 +131,12 @@ fn in_one_call(facts: &Facts) -> Option<String> {
 /// The measure of a good frame, in words.
 fn scale(facts: &Facts) -> String {
     let has = |is_it: fn(Measure) -> bool| facts.scenes.iter().any(|scene| is_it(scene.measure));
+    let near = format!("is off by at most {} mm or twice the noise", mm(GOOD));
     let kept = format!(
-        "keeps its kinetic energy within a factor of {LIVELY} and stretches by at most {} % more",
+        "{near} at 0.3 s, keeps its kinetic energy within a factor of {LIVELY} and stretches by at \
+         most {} % more",
         100.0 * STRETCHED
     );
-    let near = format!("is off by at most {} mm or twice the noise", mm(GOOD));
     let ends = "after seconds on a ball or in the wind";
     match (has(|measure| measure != Measure::Kept), has(|measure| measure == Measure::Kept)) {
         (true, true) => format!("A frame is good if it {near}; {ends}, if it {kept}."),
@@ -423,11 +424,12 @@ mod tests {
     }
 
     #[test]
-    fn where_no_distance_ranks_energy_and_strain_decide() {
+    fn where_no_distance_ranks_the_start_energy_and_strain_decide() {
         let wind = Scene { measure: Measure::Kept, span_s: 5.0, ..scene() };
         let of = |label: &str, kinetic: f64, strain: f64| Run {
             kinetic: Some(kinetic),
             excess_strain: Some(strain),
+            trajectory_error_m: Some(0.002),
             ..run(label, 1, Verdict::Stable, 0.3)
         };
         for (run, is_good) in [
@@ -440,6 +442,8 @@ mod tests {
             // A cloth that stretches less than the true one is too stiff, which no limit forbids.
             (of("short", 1.0, -0.02), true),
             (Run { kinetic: None, ..of("unknown energy", 1.0, 0.0) }, false),
+            (Run { trajectory_error_m: Some(0.02), ..of("far at first", 1.0, 0.0) }, false),
+            (Run { trajectory_error_m: None, ..of("unknown start", 1.0, 0.0) }, false),
             (Run { excess_strain: None, ..of("unknown strain", 1.0, 0.0) }, false),
             (Run { verdict: Verdict::Unstable, ..of("loud", 1.0, 0.0) }, false),
         ] {
@@ -448,8 +452,9 @@ mod tests {
         }
         let runs = vec![of("lively", 1.0, 0.0)];
         let said = long(&Facts { scenes: vec![wind], runs, missing: Vec::new() });
-        let scale = "A frame is good if it keeps its kinetic energy within a factor of 1.5 and \
-                     stretches by at most 1 % more. One call a frame is enough in every scene";
+        let scale = "A frame is good if it is off by at most 10 mm or twice the noise at 0.3 s, \
+                     keeps its kinetic energy within a factor of 1.5 and stretches by at most 1 % \
+                     more. One call a frame is enough in every scene";
         assert!(said.conclusion.starts_with(scale), "{said:?}");
         let caveats = said.caveats.join(" ");
         assert!(caveats.contains("no distance ranks the runs there."), "{caveats}");

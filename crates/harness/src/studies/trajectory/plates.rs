@@ -10,7 +10,7 @@ use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
 use drape_report::plot::{
     At, Axis, Draft, Look, Matrix, Panel, Point, Row as Line, Rule, Series, Shade, Sheet, State,
-    panels_of, values,
+    Tile, panels_of, values,
 };
 
 /// The input of the figures.
@@ -98,7 +98,8 @@ fn map(input: &Input) -> Option<Matrix> {
             let place = |stiffness: &f64| {
                 let tile = match scene_at(input, damping, *stiffness) {
                     Some(scene) if !scene.ranks(level) => told(Shade::Idle, "noise"),
-                    Some(scene) => tile(winner(&input.facts, scene, level)),
+                    Some(scene) if scene.is_damped() => tile(winner(&input.facts, scene, level)),
+                    Some(scene) => guessed(tile(winner(&input.facts, scene, level))),
                     None => told(Shade::Idle, ""),
                 };
                 vec![tile]
@@ -113,7 +114,9 @@ fn map(input: &Input) -> Option<Matrix> {
     let notes = vec![
         signs_of_winners("below twice the time"),
         turns(input),
-        "d/m: damping over mass; ζ: damping ratio of the stiffest mode.".to_owned(),
+        "d/m: damping over mass; ζ: damping ratio of the stiffest mode. Grey names are guesses: all \
+         timed runs are damped."
+            .to_owned(),
     ];
     let legend = legend_of_winners("no run gets there, or noise");
     (!rows.is_empty()).then(|| Matrix {
@@ -124,10 +127,20 @@ fn map(input: &Input) -> Option<Matrix> {
     })
 }
 
-/// In how many rows explicit methods lead on soft sheets and implicit ones on stiff sheets.
+/// A winner whose modelled time is a guess.
+fn guessed(tile: Tile) -> Tile {
+    Tile { shade: Shade::Idle, ..tile }
+}
+
+/// In how many rows of damped sheets explicit methods lead on soft sheets and implicit ones on stiff
+/// sheets.
 fn turns(input: &Input) -> String {
     let (mut all, mut turning) = (0, 0);
-    for damping in dampings(input) {
+    let is_damped = |damping: &&str| {
+        let mut own = input.facts.scenes.iter().filter(|scene| scene.damping == **damping);
+        own.all(Scene::is_damped)
+    };
+    for damping in dampings(input).into_iter().filter(is_damped) {
         for level in LEVELS {
             let scenes = stiffnesses(input).into_iter().filter_map(|k| scene_at(input, damping, k));
             let kinds = scenes.filter_map(|scene| winner(&input.facts, scene, level)?.kind());
@@ -140,7 +153,7 @@ fn turns(input: &Input) -> String {
         }
     }
     format!(
-        "In {turning} of {all} rows explicit methods lead on the softest sheets and implicit ones on \
+        "In {turning} of {all} rows with damping explicit methods lead on the softest sheets and implicit ones on \
          the stiffest, a tie among methods of one kind included."
     )
 }
