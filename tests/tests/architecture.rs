@@ -45,7 +45,7 @@ fn room(name: &str, folder: &str) -> Room {
             "the integrator crate joins physics and linear algebra, and knows no method",
         ),
         "drape-oracle" => room(
-            &["drape-model", "drape-integrator"],
+            &["drape-kernels", "drape-model", "drape-integrator"],
             &[],
             "the oracle is independent of what it checks: it imports no method",
         ),

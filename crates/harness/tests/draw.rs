@@ -263,7 +263,7 @@ fn figures_name_axes_units_and_every_curve() {
     expect("scaling-cost.svg", &["144 bytes a particle at 10.0 GB/s", "imex-euler, by phase"]);
     expect("scaling-cg.svg", &["CG iterations per step", "k/m fixed", "material fixed"]);
     expect("animation-frames.svg", &["ms a frame", "error of shape (mm)", "noise", "good enough"]);
-    expect("animation-frames.svg", &["cotton-blend, light damping", "k/m = 4.0·10⁶ s⁻²"]);
+    expect("animation-frames.svg", &["cotton-blend, light damping", "k/m = 4.0·10⁶ s⁻², 1 s"]);
     expect(
         "animation-frames.svg",
         &["any other method", "In every panel: L symplectic-euler; ✗ leapfrog."],
