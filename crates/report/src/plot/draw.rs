@@ -508,7 +508,7 @@ impl Legend {
         }
         let mut notes = sheet.notes.clone();
         if panels().any(|panel| panel.y.gap().is_some()) {
-            notes.push("0, below the dotted break: no CG iteration.".to_owned());
+            notes.push("Points below the dotted break are 0.".to_owned());
         }
         notes.extend(beyond_the_axis(sheet));
         Self { entries, rules, notes: notes.iter().flat_map(|note| wrap(note, letters)).collect() }
