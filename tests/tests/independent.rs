@@ -7,8 +7,8 @@
 
 use drape_integrator::SolveStatus;
 use drape_model::{State, System, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::checks::{self, Known};
-use drape_oracle::reference::ReferenceSettings;
 use drape_oracle::scenes::waving;
 use drape_tests::{GRAVITY, Run, Sheet, build, method, name, prepared};
 
@@ -280,7 +280,7 @@ const HANGING_CORRECTIONS: &[Correction] = &[
 
 #[test]
 fn the_hanging_sheet_moves_as_the_program_says() {
-    let settings = ReferenceSettings { tolerance: 1e-11, ..ReferenceSettings::default() };
+    let settings = AdaptiveSettings { tolerance: 1e-11, ..AdaptiveSettings::default() };
     let known = [1e4, 1e6].map(|k| Known::with(Sheet::hanging(k, 40.0).build(), 0.3, settings));
     // Heights of the middle of the free edge.
     for (known, height) in known.iter().zip([-0.441_449, -0.441_376]) {

@@ -1,9 +1,10 @@
 //! The error of every method falls with the order that theory gives.
 
 use drape_model::{DampingLaw, State, System, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::order_of;
-use drape_oracle::reference::{Reference, ReferenceSettings, reference};
+use drape_oracle::reference::{Reference, reference};
 use drape_tests::{Sheet, assert_covers, method, prepared, stir, takes};
 
 /// `8 (k + k_s)/m ≥ ω_max²`.
@@ -133,7 +134,7 @@ fn every_method_has_its_order_on_a_free_sheet_that_spins() {
 }
 
 fn exact(system: &System, start: &State) -> Reference {
-    let exact = reference(system, start, &[SPAN], ReferenceSettings::default())
+    let exact = reference(system, start, &[SPAN], AdaptiveSettings::default())
         .unwrap_or_else(|error| panic!("{error}"));
     assert!(exact.position_error < 1e-9, "{:e}", exact.position_error);
     exact

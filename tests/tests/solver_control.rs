@@ -3,8 +3,9 @@
 use drape_harness::methods::Choice;
 use drape_integrator::{SolveStatus, StepReport};
 use drape_model::{State, System};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::order::position_error;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_tests::{Sheet, apart, bundled, prepared, stir};
 
 const FRAME: f64 = 0.01;
@@ -19,7 +20,7 @@ fn sheet() -> (System, State) {
 fn after(id: &str, frames: u32) -> (f64, u32, u32) {
     let (system, start) = sheet();
     let end = f64::from(frames) * FRAME;
-    let exact = reference(&system, &start, &[end], ReferenceSettings::default()).expect("smooth");
+    let exact = reference(&system, &start, &[end], AdaptiveSettings::default()).expect("smooth");
     let mut run = prepared(id, (system.clone(), start.clone()), FRAME);
     let (mut substeps, mut rejected) = (0, 0);
     for frame in 1..=frames {

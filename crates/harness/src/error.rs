@@ -3,7 +3,7 @@
 use crate::methods::MethodError;
 use drape_integrator::{InvalidTimeStep, PrepareError, StepError};
 use drape_model::{SceneError, Violation, nearest};
-use drape_oracle::reference::ReferenceError;
+use drape_oracle::adaptive::AdaptiveError;
 use drape_report::RecordError;
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ pub enum HarnessError {
     Step(#[from] StepError),
     /// The scene has no exact solution to compare with.
     #[error(transparent)]
-    Reference(#[from] ReferenceError),
+    Reference(#[from] AdaptiveError),
     /// A record could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),

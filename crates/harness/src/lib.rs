@@ -59,7 +59,7 @@ pub use scenes::{
     with_particles_a_side, with_stiffness,
 };
 pub use shard::{Missing, Shard};
-pub use stability::{Energy, Rule, judge, reference_energy};
+pub use stability::{Energy, Rule, STABLE, judge, reference_energy};
 pub use team::{Team, start_threads};
 pub use tunnel::{Passage, Tunnels};
 pub use work::{WorkBalance, is_driven};

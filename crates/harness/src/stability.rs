@@ -31,7 +31,8 @@ use drape_integrator::{Implicit, StabilityClass};
 use drape_model::{Effect, Level, MovingPin, Path, Revisions, State, System, TimeSpan, Vec3};
 use drape_report::Verdict;
 
-pub(crate) const STABLE: f64 = 0.02;
+/// A run is stable if its energy rises by at most this share of the energy that the scene sets free.
+pub const STABLE: f64 = 0.02;
 const MARGINAL: f64 = 0.5;
 const SECULAR: f64 = 0.05;
 /// Fraction of the stability limit at which the reference runs.

@@ -14,7 +14,6 @@ mod tableau;
 #[cfg(test)]
 mod tests;
 
-use crate::reference::{ReferenceError, ReferenceSettings, check};
 use drape_kernels::vector::weighted_sum;
 use drape_model::{Level, State, System, Vec3};
 use tableau::{Estimate, Tableau};
@@ -37,6 +36,85 @@ impl Pair {
     }
 }
 
+/// Tolerance and step limit of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptiveSettings {
+    /// Tolerance of each step, both relative and absolute (in m and m/s).
+    pub tolerance: f64,
+    /// Largest number of steps in all.
+    pub max_steps: u32,
+}
+
+impl Default for AdaptiveSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-12, max_steps: 1_000_000 }
+    }
+}
+
+/// Why there is no run.
+#[derive(Debug, thiserror::Error)]
+pub enum AdaptiveError {
+    /// The scene has obstacles.
+    #[error("the scene has {0} obstacle(s); contacts have no reference trajectory: leave them out")]
+    Contact(usize),
+    /// Pins of the scene follow paths.
+    #[error(
+        "{0} pin(s) of the scene follow paths; such a motion has no reference trajectory: hold them"
+    )]
+    MovingPins(usize),
+    /// The state does not fit the system.
+    #[error("the state has {found} particles, the system {expected}")]
+    SizeMismatch {
+        /// Particles of the system.
+        expected: usize,
+        /// Particles of the state.
+        found: usize,
+    },
+    /// The times do not increase from the start.
+    #[error("time {next} s follows {last} s; expected finite and rising times after the start")]
+    Times {
+        /// A time, s.
+        last: f64,
+        /// The time after it, s.
+        next: f64,
+    },
+    /// The tolerance is out of range.
+    #[error("the tolerance is {0}; expected a number from 1e-15 to 0.1")]
+    Tolerance(f64),
+    /// The step limit was reached.
+    #[error("{steps} steps reach only {time} s; allow more steps or ask for less time")]
+    StepLimit {
+        /// Number of steps taken.
+        steps: u32,
+        /// Time reached, s.
+        time: f64,
+    },
+    /// No step is small enough, because the motion or a force is not finite.
+    #[error("no step is small enough at {time} s; the motion or a force is not finite there")]
+    NotFinite {
+        /// Time reached, s.
+        time: f64,
+    },
+}
+
+/// Refuses what no pair can run.
+pub(crate) fn check(system: &System, start: &State, tolerance: f64) -> Result<(), AdaptiveError> {
+    if !system.obstacles().is_empty() {
+        return Err(AdaptiveError::Contact(system.obstacles().len()));
+    }
+    if !system.moving_pins().is_empty() {
+        return Err(AdaptiveError::MovingPins(system.moving_pins().len()));
+    }
+    if [start.x.len(), start.v.len()] != [system.len(); 2] {
+        let found = start.v.len().min(start.x.len());
+        return Err(AdaptiveError::SizeMismatch { expected: system.len(), found });
+    }
+    if !(1e-15..=0.1).contains(&tolerance) {
+        return Err(AdaptiveError::Tolerance(tolerance));
+    }
+    Ok(())
+}
+
 /// One run of an adaptive method, as a user of a library would make it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdaptiveRun {
@@ -52,18 +130,19 @@ pub struct AdaptiveRun {
 /// absolute (in m and m/s). The error of the run is not computed.
 ///
 /// # Errors
-/// As [`reference()`](crate::reference::reference()).
+/// [`AdaptiveError`] if the scene has contacts or moving pins, if the start or the duration does not
+/// fit, if there are too many steps, or if the motion blows up.
 pub fn adaptive(
     pair: Pair,
     system: &System,
     start: &State,
     duration: f64,
-    settings: ReferenceSettings,
-) -> Result<AdaptiveRun, ReferenceError> {
+    settings: AdaptiveSettings,
+) -> Result<AdaptiveRun, AdaptiveError> {
     check(system, start, settings.tolerance)?;
     let end = start.t + duration;
     if !(duration > 0.0 && end.is_finite()) {
-        return Err(ReferenceError::Times { last: start.t, next: end });
+        return Err(AdaptiveError::Times { last: start.t, next: end });
     }
     let mut run = Stepper::new(pair, system, start, settings);
     run.advance(end)?;
@@ -99,7 +178,7 @@ const SAFETY: f64 = 0.9;
 pub(crate) struct Stepper<'a> {
     motion: Motion<'a>,
     tableau: &'static Tableau,
-    settings: ReferenceSettings,
+    settings: AdaptiveSettings,
     t: f64,
     /// Positions and then velocities at `t`, and at the stage at hand or the end of the step.
     y: Vec<Vec3>,
@@ -119,7 +198,7 @@ impl<'a> Stepper<'a> {
         pair: Pair,
         system: &'a System,
         start: &State,
-        settings: ReferenceSettings,
+        settings: AdaptiveSettings,
     ) -> Self {
         let pinned = system.pinned().iter().enumerate();
         let pinned = pinned.filter_map(|(i, is_pinned)| is_pinned.then_some(i)).collect();
@@ -148,16 +227,16 @@ impl<'a> Stepper<'a> {
     }
 
     /// Steps to the time `end`. The first step is chosen anew.
-    pub(crate) fn advance(&mut self, end: f64) -> Result<(), ReferenceError> {
+    pub(crate) fn advance(&mut self, end: f64) -> Result<(), AdaptiveError> {
         let longest = end - self.t;
         let mut h = self.first_step(longest);
         let mut was_rejected = false;
         loop {
             if self.steps >= self.settings.max_steps {
-                return Err(ReferenceError::StepLimit { steps: self.steps, time: self.t });
+                return Err(AdaptiveError::StepLimit { steps: self.steps, time: self.t });
             }
             if 0.1 * h <= f64::EPSILON * self.t.abs() || h.is_nan() {
-                return Err(ReferenceError::NotFinite { time: self.t });
+                return Err(AdaptiveError::NotFinite { time: self.t });
             }
             let is_last = self.t + 1.01 * h - end > 0.0;
             if is_last {

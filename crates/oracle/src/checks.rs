@@ -6,9 +6,10 @@
 
 pub mod contact;
 
+use crate::adaptive::AdaptiveSettings;
 use crate::laws::{Drift, free_fall};
 use crate::order::{ObservedOrder, of_method, position_error};
-use crate::reference::{Reference, ReferenceSettings, reference};
+use crate::reference::{Reference, reference};
 use crate::scenes::{GRAVITY, Sheet, anchored, build, in_a_gust, rotor, stir};
 use crate::{Run, apart, order_of};
 use drape_integrator::{Integrator, StepReport};
@@ -267,14 +268,14 @@ impl Known {
     /// # Panics
     /// If no reference can be computed.
     pub fn new(start: (System, State), span: f64) -> Self {
-        Self::with(start, span, ReferenceSettings::default())
+        Self::with(start, span, AdaptiveSettings::default())
     }
 
     /// The motion over `span` seconds, with the reference that `settings` request.
     ///
     /// # Panics
     /// If no reference can be computed.
-    pub fn with((system, start): (System, State), span: f64, settings: ReferenceSettings) -> Self {
+    pub fn with((system, start): (System, State), span: f64, settings: AdaptiveSettings) -> Self {
         let exact =
             reference(&system, &start, &[span], settings).unwrap_or_else(|error| panic!("{error}"));
         Self { system, start, exact, span }

@@ -6,8 +6,8 @@
 
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod};
 use drape_model::{Level, State, System, Vec3};
-use drape_oracle::adaptive::{Pair, adaptive};
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::adaptive::{AdaptiveSettings, Pair, adaptive};
+use drape_oracle::reference::reference;
 use std::cell::RefCell;
 use std::error::Error;
 use std::time::Instant;
@@ -36,7 +36,7 @@ fn ours(
     exact: &State,
     tolerance: f64,
 ) -> Result<Run, Box<dyn Error>> {
-    let settings = ReferenceSettings { tolerance, ..ReferenceSettings::default() };
+    let settings = AdaptiveSettings { tolerance, ..AdaptiveSettings::default() };
     let begin = Instant::now();
     let run = adaptive(pair, system, start, SPAN_S, settings)?;
     let seconds = begin.elapsed().as_secs_f64();
@@ -109,7 +109,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for name in SCENES {
         let scene = drape_model::load(name)?;
         let (system, start) = scene.spec().build()?;
-        let exact = reference(&system, &start, &[SPAN_S], ReferenceSettings::default())?;
+        let exact = reference(&system, &start, &[SPAN_S], AdaptiveSettings::default())?;
         let exact = &exact.states[0];
         println!("{name}: {} particles, {SPAN_S} s", start.x.len());
         let mut all: [Vec<Run>; 3] = Default::default();

@@ -12,12 +12,13 @@
 use clap::Parser;
 use drape_benches::{HangingSheet, Mesh, STEP_S, origin, provenance};
 use drape_harness::methods::Choice;
-use drape_harness::{Runner, Simulation};
+use drape_harness::{Runner, STABLE, Simulation};
 use drape_model::{SpringEffect, SystemSpec, TimeSpan, Violation};
 use drape_report::file::write_atomically;
 use drape_report::number::significant;
 use drape_report::plot::{At, Axis, Draft, Drawing, Look, Point, Rule, Series, State, panels_of};
 use drape_report::tell;
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -46,8 +47,6 @@ const METHODS: [(&str, u32); 2] = [("xpbd-lines", u32::MAX), ("xpbd", 20)];
 const STIFFNESSES: [f64; 2] = [1e8, 1e10];
 /// Particles along an edge to which the stiffnesses belong.
 const COARSE: u32 = 20;
-/// A run is stable up to this share of the energy that the sheet sets free.
-const STABLE: f64 = 0.02;
 
 /// A sheet, by its stiffness over mass at [`COARSE`] (1/s²) and whether it is damped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,12 +161,7 @@ const CAPTION: &str = "To the right of the place where a curve falls below the l
 
 /// Draws the curves, a panel for each cloth.
 fn draw(curves: &[Curve], file: &Path) -> Result<(), Box<dyn Error>> {
-    let labels: Vec<String> = {
-        let mut labels: Vec<String> = curves.iter().map(Curve::label).collect();
-        labels.sort();
-        labels.dedup();
-        labels
-    };
+    let labels: BTreeSet<String> = curves.iter().map(Curve::label).collect();
     let draft = |cloth: Cloth| -> Draft {
         let own = curves.iter().filter(|curve| curve.cloth == cloth);
         let series = own.filter_map(|curve| {

@@ -10,8 +10,8 @@ use std::cell::Cell;
 
 const PAIRS: [Pair; 2] = [Pair::Dop853, Pair::Tsit5];
 
-fn settings(tolerance: f64) -> ReferenceSettings {
-    ReferenceSettings { tolerance, ..ReferenceSettings::default() }
+fn settings(tolerance: f64) -> AdaptiveSettings {
+    AdaptiveSettings { tolerance, ..AdaptiveSettings::default() }
 }
 
 fn run_for(
@@ -118,8 +118,7 @@ fn the_tableaus_are_consistent() {
 #[test]
 fn both_pairs_meet_the_reference() {
     let scene = waving(Sheet { shear: 0.0, ..Sheet::default() }.build());
-    let exact =
-        reference(&scene.0, &scene.1, &[0.5], ReferenceSettings::default()).expect("smooth");
+    let exact = reference(&scene.0, &scene.1, &[0.5], AdaptiveSettings::default()).expect("smooth");
     for pair in PAIRS {
         let mut last = f64::INFINITY;
         for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
@@ -157,8 +156,7 @@ fn the_pairs_have_their_order() {
 #[test]
 fn a_run_ends_where_the_reference_does_and_counts_its_evaluations() {
     let scene = build(&bundled("hanging-textile-sheared-1e4"));
-    let exact =
-        reference(&scene.0, &scene.1, &[0.1], ReferenceSettings::default()).expect("smooth");
+    let exact = reference(&scene.0, &scene.1, &[0.1], AdaptiveSettings::default()).expect("smooth");
     assert_eq!(run_for(Pair::Dop853, &scene, 1e-12, 0.1).state, exact.states[0]);
     // Evaluations a step and to begin with; a step that is rejected may save one.
     for (pair, stages) in [(Pair::Dop853, 12), (Pair::Tsit5, 6)] {
@@ -169,9 +167,9 @@ fn a_run_ends_where_the_reference_does_and_counts_its_evaluations() {
             assert!(run.evaluations >= (stages - 1) * u64::from(run.steps) + 2);
         }
     }
-    let settings = ReferenceSettings { max_steps: 1, tolerance: 1e-12 };
+    let settings = AdaptiveSettings { max_steps: 1, tolerance: 1e-12 };
     let stopped = adaptive(Pair::Dop853, &scene.0, &scene.1, 0.1, settings);
-    assert!(matches!(stopped, Err(ReferenceError::StepLimit { steps: 1, .. })));
+    assert!(matches!(stopped, Err(AdaptiveError::StepLimit { steps: 1, .. })));
 }
 
 /// The error falls with the tolerance, in few steps, only if every stage takes the forces of its

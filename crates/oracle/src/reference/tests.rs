@@ -46,7 +46,7 @@ fn a_damped_oscillator_is_met_within_the_stated_error() {
     let (k, c, g) = (40.0, 0.3, 9.81);
     let (system, start) = oscillator(k, c, g).build().expect("valid");
     let times = [0.1, 0.5, 3.0];
-    let found = reference(&system, &start, &times, ReferenceSettings::default()).expect("smooth");
+    let found = reference(&system, &start, &times, AdaptiveSettings::default()).expect("smooth");
     assert!(found.position_error < 1e-9, "{}", found.position_error);
     let rest = Vec3::new(0.0, 0.0, -g * 0.5 / k);
     for (state, t) in found.states.iter().zip(times) {
@@ -62,7 +62,7 @@ fn a_damped_oscillator_is_met_within_the_stated_error() {
 fn a_looser_tolerance_states_a_larger_error() {
     let (system, start) = oscillator(40.0, 0.0, 9.81).build().expect("valid");
     let error = |tolerance| {
-        let settings = ReferenceSettings { tolerance, max_steps: 10_000 };
+        let settings = AdaptiveSettings { tolerance, max_steps: 10_000 };
         reference(&system, &start, &[2.0], settings).expect("smooth").position_error
     };
     assert!(error(1e-6) > 10.0 * error(1e-9) && error(1e-9) > 0.0);
@@ -70,7 +70,7 @@ fn a_looser_tolerance_states_a_larger_error() {
 
 #[test]
 fn a_run_of_many_steps_is_no_less_exact() {
-    let (k, settings) = (2e5, ReferenceSettings::default());
+    let (k, settings) = (2e5, AdaptiveSettings::default());
     let (system, start) = oscillator(k, 0.0, 0.0).build().expect("valid");
     let found = reference(&system, &start, &[1.0], settings).expect("smooth");
     let expected = exact(start.x[1], start.v[1], Vec3::zeros(), 2.0 * k, 0.0, 1.0);
@@ -82,7 +82,7 @@ fn a_run_of_many_steps_is_no_less_exact() {
 fn what_has_no_reference_is_refused_by_name() {
     let spec = oscillator(1.0, 0.0, 0.0);
     let (system, start) = spec.build().expect("valid");
-    let settings = ReferenceSettings::default();
+    let settings = AdaptiveSettings::default();
     let refuse = |system: &System, start: &State, times: &[f64], settings| {
         reference(system, start, times, settings).expect_err("refused")
     };
@@ -90,24 +90,24 @@ fn what_has_no_reference_is_refused_by_name() {
     let path = vec![KeyframeSpec { time_s: 1.0, offset_m: [1.0; 3] }];
     let led = PinSpec { path, ..PinSpec::still(0) };
     let (led, _) = SystemSpec { pins: vec![led], ..spec.clone() }.build().expect("valid");
-    assert!(matches!(refuse(&led, &start, &[1.0], settings), ReferenceError::MovingPins(1)));
+    assert!(matches!(refuse(&led, &start, &[1.0], settings), AdaptiveError::MovingPins(1)));
     let (table, _) = SystemSpec { obstacles: vec![floor], ..spec }.build().expect("valid");
-    assert!(matches!(refuse(&table, &start, &[1.0], settings), ReferenceError::Contact(1)));
+    assert!(matches!(refuse(&table, &start, &[1.0], settings), AdaptiveError::Contact(1)));
     let lone = State { t: 0.0, x: vec![Vec3::zeros()], v: vec![Vec3::zeros()] };
     let error = refuse(&system, &lone, &[1.0], settings);
-    assert!(matches!(error, ReferenceError::SizeMismatch { expected: 2, found: 1 }));
+    assert!(matches!(error, AdaptiveError::SizeMismatch { expected: 2, found: 1 }));
     for times in [[1.0, 1.0], [0.0, 1.0], [1.0, f64::INFINITY]] {
-        assert!(matches!(refuse(&system, &start, &times, settings), ReferenceError::Times { .. }));
+        assert!(matches!(refuse(&system, &start, &times, settings), AdaptiveError::Times { .. }));
     }
-    let none = ReferenceSettings { tolerance: 0.0, ..settings };
-    assert!(matches!(refuse(&system, &start, &[1.0], none), ReferenceError::Tolerance(_)));
-    let few = ReferenceSettings { max_steps: 20, ..settings };
+    let none = AdaptiveSettings { tolerance: 0.0, ..settings };
+    assert!(matches!(refuse(&system, &start, &[1.0], none), AdaptiveError::Tolerance(_)));
+    let few = AdaptiveSettings { max_steps: 20, ..settings };
     match refuse(&system, &start, &[1e3], few) {
-        ReferenceError::StepLimit { steps: 20, time } => assert!(time > 0.0 && time < 1e3),
+        AdaptiveError::StepLimit { steps: 20, time } => assert!(time > 0.0 && time < 1e3),
         other => panic!("{other}"),
     }
     let mut broken = start.clone();
     broken.x[1].x = f64::NAN;
     let error = refuse(&system, &broken, &[1.0], settings);
-    assert!(matches!(error, ReferenceError::NotFinite { .. }), "{error}");
+    assert!(matches!(error, AdaptiveError::NotFinite { .. }), "{error}");
 }

@@ -42,7 +42,7 @@ pub struct Tile {
 }
 
 /// Colour of a tile, from good to bad.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shade {
     /// Correct result.
     Good,

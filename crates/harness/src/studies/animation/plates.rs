@@ -178,8 +178,11 @@ const NAMED: usize = 8;
 /// it, and errors too large for the map are left out.
 fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
-    let leads = scenes.iter().flat_map(|scene| leaders(input, scene, scene.good_m()));
-    let leads: BTreeSet<&str> = leads.map(|(run, _)| id(run)).collect();
+    let mut leads: BTreeSet<&str> = BTreeSet::new();
+    for scene in scenes {
+        let fastest = fastest(input, scene, scene.good_m());
+        leads.extend(leaders(&fastest).iter().map(|(run, _)| id(run)));
+    }
     counts.extend(leads.iter().map(|method| (*method, 0)));
     for scene in scenes {
         let most = MOST.max(scene.good_m());
@@ -363,12 +366,11 @@ fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, 
     least
 }
 
-/// The fastest run with an error of at most `level` (m), and those that tie with it.
-fn leaders<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    let mut all = fastest(input, scene, level);
-    let least = all.first().map_or(0.0, |(_, time)| *time);
-    all.retain(|(_, time)| *time <= TIE * least);
-    all
+/// The first of the runs, fastest first, and those that tie with it.
+fn leaders<'a, 'b>(fastest: &'b [(&'a Run, f64)]) -> &'b [(&'a Run, f64)] {
+    let least = fastest.first().map_or(0.0, |(_, time)| *time);
+    let end = fastest.partition_point(|(_, time)| *time <= TIE * least);
+    &fastest[..end]
 }
 
 fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
@@ -376,9 +378,8 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
         return told(Shade::Idle, "not ranked");
     }
     let all = fastest(input, scene, level);
-    let Some((first, least)) = all.first() else { return told(Shade::Idle, "") };
-    let ties = all[1..].iter().take_while(|(_, time)| *time <= TIE * least);
-    let ties: Vec<&str> = ties.map(|(run, _)| id(run)).collect();
+    let [(first, least), ties @ ..] = leaders(&all) else { return told(Shade::Idle, "") };
+    let ties: Vec<&str> = ties.iter().map(|(run, _)| id(run)).collect();
     let next = all.get(1).map(|(_, next)| next / least);
     tiles::winner(id(first), first.is_limited, &ties, next)
 }

@@ -11,8 +11,9 @@ use crate::studies::{Context, Measured, Start, prepared, taken};
 use crate::{HarnessError, system_hash};
 use drape_integrator::Order;
 use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::order::{Sample, observed_order, position_error};
-use drape_oracle::reference::{Reference, ReferenceSettings, reference};
+use drape_oracle::reference::{Reference, reference};
 use drape_report::Verdict;
 
 /// Particles along each edge of the sheet.
@@ -95,7 +96,7 @@ impl Setting {
     fn new(case: &Case) -> Result<Self, HarnessError> {
         let spec = case.spec()?;
         let (system, state) = spec.build()?;
-        let exact = reference(&system, &state, &[SPAN], ReferenceSettings::default())?;
+        let exact = reference(&system, &state, &[SPAN], AdaptiveSettings::default())?;
         let greatest_frequency = case.sheet().greatest_frequency(1.0);
         let scene = Scene {
             id: case.id.to_owned(),

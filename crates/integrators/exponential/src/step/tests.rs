@@ -3,10 +3,10 @@
 use super::*;
 use drape_integrator::Integrator;
 use drape_model::DampingLaw;
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::checks::{self, Known};
 use drape_oracle::laws::Drift;
 use drape_oracle::recurrence::exact_oscillator;
-use drape_oracle::reference::ReferenceSettings;
 use drape_oracle::scenes::{Sheet, in_a_gust, stir, uneven, waving};
 use drape_oracle::{Run, bits};
 
@@ -155,7 +155,7 @@ fn measure() {
         println!("2 s, d/m={damping}: rise {rise:e}, end {end:e}, {parts} substeps");
     }
     for (k, counts) in [(1e4, &[30_u32, 60, 120][..]), (1e6, &[30, 60, 120]), (1e8, &[150, 300])] {
-        let settings = ReferenceSettings { tolerance: 1e-8, ..ReferenceSettings::default() };
+        let settings = AdaptiveSettings { tolerance: 1e-8, ..AdaptiveSettings::default() };
         let known = Known::with(Sheet::hanging(k, 40.0).build(), 0.3, settings);
         for (&steps, tolerance) in counts.iter().flat_map(|s| [1e-2, 1e-3, 1e-5].map(|t| (s, t))) {
             let h = 0.3 / f64::from(steps);

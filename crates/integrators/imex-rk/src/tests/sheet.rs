@@ -1,13 +1,13 @@
 //! The hanging sheet of 20 × 20 particles.
 
 use super::{NAMES, boxed, run};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::checks::{Hung, Known};
-use drape_oracle::reference::ReferenceSettings;
 use drape_oracle::scenes::{Sheet, waving};
 
 /// The first 0.3 s of the sheet.
 fn hanging(tension: f64, damping: f64) -> Known {
-    let settings = ReferenceSettings { tolerance: 1e-10, ..ReferenceSettings::default() };
+    let settings = AdaptiveSettings { tolerance: 1e-10, ..AdaptiveSettings::default() };
     Known::with(Sheet::hanging(tension, damping).build(), 0.3, settings)
 }
 

@@ -4,9 +4,10 @@ use super::{ALL, run};
 use crate::Projective;
 use drape_integrator::SolveStatus;
 use drape_model::{DampingLaw, SpringEffect, State, System, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::laws::{Drift, free_fall, spin};
 use drape_oracle::order::of_method;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_oracle::scenes::{
     GRAVITY, Sheet, build, particles, spring, stiffening, stir, tension, uneven,
 };
@@ -187,7 +188,7 @@ fn converged_iterations_have_order_one() {
         let sheet =
             Sheet { side: 6, tension: 400.0, shear: 100.0, damping: 2.0, law, ..Sheet::default() };
         let (system, start) = stir(sheet.build(), 0.02, 0.0);
-        let exact = reference(&system, &start, &[0.25], ReferenceSettings::default())
+        let exact = reference(&system, &start, &[0.25], AdaptiveSettings::default())
             .unwrap_or_else(|error| panic!("{error}"));
         for acceleration in ALL {
             let text = format!("acceleration={acceleration},iterations=200,residual=1e-9");
@@ -211,7 +212,7 @@ fn the_errors_on_a_smooth_scene_are_those_of_an_independent_program() {
         state.x[i] = moved - Vec3::new(0.5, 0.5, 0.0);
         state.v[i] = Vec3::new((2.0 * y).sin(), x, (3.0 * x).cos()) * 0.3;
     }
-    let exact = reference(&system, &state, &[0.2], ReferenceSettings::default())
+    let exact = reference(&system, &state, &[0.2], AdaptiveSettings::default())
         .unwrap_or_else(|error| panic!("{error}"));
     let text = "acceleration=anderson,iterations=200,residual=1e-10";
     for (steps, expected) in [(20, 4.4903e-2), (160, 5.7195e-3)] {

@@ -3,7 +3,8 @@
 use super::convergence::{H, hanging, leapfrog, middle};
 use super::run;
 use drape_model::{State, System};
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::adaptive::AdaptiveSettings;
+use drape_oracle::reference::reference;
 
 /// Path of the middle of the free edge within 0.3 s, m, and its fall.
 fn path(text: &str, start: (System, State), h: f64) -> (f64, f64, State) {
@@ -82,7 +83,7 @@ fn tables_of_the_hanging_sheet() {
         let start = hanging(stiffness, 40.0);
         let (exact, exact_path) = match stiffness {
             k if k < 1e7 => {
-                let settings = ReferenceSettings::default();
+                let settings = AdaptiveSettings::default();
                 let times: Vec<f64> = (1..=300).map(|n| 1e-3 * f64::from(n)).collect();
                 let exact = reference(&start.0, &start.1, &times, settings)
                     .unwrap_or_else(|error| panic!("{error}"));

@@ -4,10 +4,11 @@ use super::*;
 use crate::settings::Division;
 use drape_integrator::{Integrator, StepError};
 use drape_model::{DampingLaw, EffectKind, KeyframeSpec, ObstacleSpec, SpringEffect, SystemSpec};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::checks;
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::recurrence;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_oracle::scenes::{GRAVITY, Sheet, anchored, build, floor, gravity, particles, stir};
 use drape_oracle::{Run, bits, seconds};
 use nalgebra::Vector2;
@@ -75,7 +76,7 @@ fn the_order_is_two() {
                 ..Sheet::default()
             };
             let (system, start) = stir(sheet.build(), 0.02, 0.3);
-            let exact = reference(&system, &start, &[0.25], ReferenceSettings::default());
+            let exact = reference(&system, &start, &[0.25], AdaptiveSettings::default());
             let exact = exact.expect("a reference");
             let found = of_method(|| fixed(stages), &system, &start, &exact, &[80, 160, 320]);
             let order = found.expect("an order").order;
@@ -269,7 +270,7 @@ fn measured_on_the_hanging_sheet() {
     ] {
         let sheet = Sheet { side: 20, tension, shear: 0.1 * tension, damping, ..Sheet::default() };
         let (system, start) = sheet.build();
-        let settings = ReferenceSettings { tolerance: 1e-10, ..ReferenceSettings::default() };
+        let settings = AdaptiveSettings { tolerance: 1e-10, ..AdaptiveSettings::default() };
         let exact = reference(&system, &start, &[0.3], settings);
         let exact = exact.expect("a reference");
         let mut run = Run::new(Box::<Rkc>::default(), (system.clone(), start.clone()), h);

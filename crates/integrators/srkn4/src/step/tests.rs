@@ -4,10 +4,11 @@
 use super::*;
 use drape_integrator::StepControl;
 use drape_model::{DampingLaw, EffectKind, KeyframeSpec, SpringEffect, SystemSpec};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::laws::spin;
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::recurrence;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_oracle::scenes::{
     GRAVITY, Sheet, anchored, build, floor, gravity, particles, stir, tension,
 };
@@ -97,7 +98,7 @@ fn the_order_is_four_with_and_without_damping() {
         let (tension, shear) = (400.0, 100.0);
         let sheet = Sheet { side: 6, tension, shear, damping, law, pinned, ..Sheet::default() };
         let (system, start) = stir(sheet.build(), 0.02, 0.3);
-        let exact = reference(&system, &start, &[0.25], ReferenceSettings::default());
+        let exact = reference(&system, &start, &[0.25], AdaptiveSettings::default());
         let exact = exact.expect("a reference");
         let found = of_method(|| Box::<Srkn4>::default(), &system, &start, &exact, &[20, 40, 80]);
         let order = found.expect("an order").order;
@@ -199,7 +200,7 @@ fn measured_on_the_hanging_sheet() {
     {
         let sheet = Sheet { side: 20, tension, shear: 0.1 * tension, damping, ..Sheet::default() };
         let (system, start) = sheet.build();
-        let settings = ReferenceSettings::default();
+        let settings = AdaptiveSettings::default();
         let exact = reference(&system, &start, &[0.3], settings).expect("a reference");
         let steps = (0.3_f64 / h).round();
         let mut run =

@@ -3,8 +3,9 @@
 use super::support::{distance, prepared, settings, sheet};
 use crate::Vbd;
 use drape_model::{DampingLaw, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::order::of_method;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_oracle::scenes::{Sheet, stir};
 
 #[test]
@@ -13,7 +14,7 @@ fn the_order_is_one() {
         let sheet =
             Sheet { side: 4, tension: 400.0, shear: 100.0, damping: 2.0, law, ..Sheet::default() };
         let (system, start) = stir(sheet.build(), 0.02, 0.3);
-        let exact = reference(&system, &start, &[0.2], ReferenceSettings::default())
+        let exact = reference(&system, &start, &[0.2], AdaptiveSettings::default())
             .unwrap_or_else(|error| panic!("{error}"));
         for text in ["", "start=previous,sweeps=40", "chebyshev=0.5,sweeps=40"] {
             let method = || Box::new(Vbd::new(settings(text))) as Box<_>;

@@ -14,8 +14,9 @@ use crate::studies::solver_control::facts::{Facts, History, Run, Scene, TimingRo
 use crate::studies::{Context, Measured, Start, cells, finite, prepared, timed};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, State, SystemSpec, TimeSpan};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::order::position_error;
-use drape_oracle::reference::{Reference, ReferenceSettings, reference};
+use drape_oracle::reference::{Reference, reference};
 use drape_report::Verdict;
 use drape_report::number::median_s;
 use runs::{Cell, all};
@@ -93,7 +94,7 @@ impl Setting {
         let spec = case.spec()?;
         let (system, state) = spec.build()?;
         let settings =
-            ReferenceSettings { tolerance: REFERENCE_TOLERANCE, ..ReferenceSettings::default() };
+            AdaptiveSettings { tolerance: REFERENCE_TOLERANCE, ..AdaptiveSettings::default() };
         let exact = reference(&system, &state, &[SPAN], settings)?;
         let hash = system_hash(&spec);
         Ok(Self { case: *case, simulation: Simulation { system, state }, exact, hash })

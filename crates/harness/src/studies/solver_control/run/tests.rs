@@ -150,7 +150,7 @@ fn the_splitting_estimate_sees_the_locking_that_positions_do_not_show() {
         is_pinned: true,
     };
     let (system, state) = sheet.spec().and_then(|spec| Ok(spec.build()?)).expect("valid");
-    let settings = ReferenceSettings { tolerance: 1e-9, ..ReferenceSettings::default() };
+    let settings = AdaptiveSettings { tolerance: 1e-9, ..AdaptiveSettings::default() };
     let exact = reference(&system, &state, &[0.1], settings).expect("no contact");
     let run = |estimator: &str| {
         let method = format!("imex-euler:implicit=springs,tolerance=1e-3,estimator={estimator}");

@@ -1,5 +1,8 @@
 use super::super::facts::{Flaw, Tied};
+use super::super::plates::{Input, PLATES};
 use super::*;
+use drape_report::plate::Draw;
+use drape_report::plot::Shade;
 use drape_report::{Record, Verdict};
 
 /// A sheet with its noise, and with the error of its only good form.
@@ -190,4 +193,21 @@ fn one_calm_sheet_alone_gives_no_sentence_that_compares() {
     assert!(said.conclusion.contains(alone), "{said:?}");
     assert!(!said.conclusion.contains("Implicit methods lead only"), "{said:?}");
     assert!(!said.observations.iter().any(|text| text.contains("most at")), "{said:?}");
+}
+
+/// The prices were fitted to damped sheets, so the map colours no winner without damping.
+#[test]
+fn winners_of_undamped_sheets_are_named_in_grey() {
+    let mut known = facts(&[(1e4, 0.01, 1e-5, true, 3.0), (1e4, 0.1, 1e-5, true, 3.0)]);
+    known.scenes[0].damping_over_mass_per_s = 0.0;
+    let Draw::Matrix(map) = PLATES[0].draw else { panic!("the map comes first") };
+    let map = map(&Input { facts: known, timings: None }).expect("a map");
+    let named = map.rows.iter().flat_map(|row| {
+        let tiles = row.tiles.iter().flatten().filter(|tile| !tile.text.is_empty());
+        tiles.map(|tile| (row.label.as_str(), tile.text.as_str(), tile.shade))
+    });
+    let named: Vec<_> = named.collect();
+    let expected =
+        [("ζ = 0.01, 1 %", "fast ×3.0", Shade::Idle), ("ζ = 0.1, 1 %", "fast ×3.0", Shade::Open)];
+    assert_eq!(named, expected);
 }

@@ -9,8 +9,8 @@ use crate::methods::Choice;
 use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
 use drape_model::{State, TimeSpan};
+use drape_oracle::adaptive::{AdaptiveError, AdaptiveSettings};
 use drape_oracle::adaptive::{Pair, adaptive};
-use drape_oracle::reference::{ReferenceError, ReferenceSettings};
 use drape_report::Verdict;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -262,7 +262,7 @@ impl Setting {
         let particles = self.scene.particles as f64;
         let sweep = self.scene.springs as f64 + particles;
         let max_steps = (budget / (STAGES * sweep + COMBINING * particles)) as u32;
-        let settings = ReferenceSettings { tolerance, max_steps };
+        let settings = AdaptiveSettings { tolerance, max_steps };
         let begin = Instant::now();
         let Simulation { system, state } = &self.simulation;
         let result = adaptive(Pair::Dop853, system, state, SPAN, settings);
@@ -274,10 +274,10 @@ impl Setting {
                 beside = error.and_then(|_| self.beside(run.state, tolerance));
                 (verdict, error, run.steps, run.evaluations)
             }
-            Err(ReferenceError::StepLimit { steps, .. }) => {
+            Err(AdaptiveError::StepLimit { steps, .. }) => {
                 (Verdict::OverBudget, None, steps, STAGES as u64 * u64::from(steps))
             }
-            Err(ReferenceError::NotFinite { .. }) => (Verdict::Diverged, None, 0, 0),
+            Err(AdaptiveError::NotFinite { .. }) => (Verdict::Diverged, None, 0, 0),
             Err(error) => return Err(error.into()),
         };
         let counted = Counted {

@@ -7,9 +7,9 @@ use crate::studies::sheet::{GRAVITY, Sheet};
 use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::adaptive::{Pair, adaptive};
 use drape_oracle::order::position_error;
-use drape_oracle::reference::ReferenceSettings;
 use std::sync::Arc;
 
 /// How a sheet is held and starts.
@@ -314,6 +314,6 @@ pub(in crate::studies) fn at_end(
     state: &State,
     tolerance: f64,
 ) -> Result<State, HarnessError> {
-    let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
+    let settings = AdaptiveSettings { tolerance, max_steps: 4_000_000 };
     Ok(adaptive(Pair::Dop853, system, state, SPAN, settings)?.state)
 }

@@ -8,9 +8,9 @@ use crate::studies::sheet::cut;
 use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::{State, System, SystemSpec, Vec3};
 use drape_oracle::Random;
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::adaptive::{Pair, adaptive};
 use drape_oracle::order::position_error;
-use drape_oracle::reference::ReferenceSettings;
 
 /// Seed of the random numbers that perturb the starts.
 pub(in crate::studies) const SEED: u64 = 20;
@@ -70,7 +70,7 @@ pub(in crate::studies) struct Noise {
 
 /// The states at the ends of the frames.
 fn motion(system: &System, start: &State, tolerance: f64) -> Result<Vec<State>, HarnessError> {
-    let settings = ReferenceSettings { tolerance, max_steps: 4_000_000 };
+    let settings = AdaptiveSettings { tolerance, max_steps: 4_000_000 };
     let mut states: Vec<State> = Vec::new();
     for _ in 0..FRAMES {
         let from = states.last().unwrap_or(start);

@@ -6,10 +6,11 @@ use drape_integrator::{
     StiffnessBound,
 };
 use drape_model::{DampingLaw, EffectKind, KeyframeSpec, SpringEffect, SystemSpec, Vec3};
+use drape_oracle::adaptive::AdaptiveSettings;
 use drape_oracle::laws::spin;
 use drape_oracle::order::{of_method, position_error};
 use drape_oracle::recurrence;
-use drape_oracle::reference::{ReferenceSettings, reference};
+use drape_oracle::reference::reference;
 use drape_oracle::scenes::{Sheet, anchored, build, floor, gravity, particles, pin, tension};
 use drape_oracle::{Run, bits, seconds};
 use nalgebra::Vector2;
@@ -307,7 +308,7 @@ fn explicit_damping_solves_nothing_and_keeps_the_order_and_the_spin() {
         let one = StepReport { force_evaluations: 1, matvecs: 4, ..StepReport::default() };
         assert_eq!(run.steps(2)[1], one);
         let (system, start) = build(&spec);
-        let exact = reference(&system, &start, &[0.25], ReferenceSettings::default());
+        let exact = reference(&system, &start, &[0.25], AdaptiveSettings::default());
         let exact = exact.expect("a reference");
         let found = of_method(explicit, &system, &start, &exact, &[80, 160, 320]);
         let order = found.expect("an order").order;
@@ -377,7 +378,7 @@ fn measured_on_the_hanging_sheet() {
     {
         let sheet = Sheet { side: 20, tension, shear: 0.1 * tension, damping, ..Sheet::default() };
         let (system, start) = sheet.build();
-        let settings = ReferenceSettings { tolerance: 1e-11, ..ReferenceSettings::default() };
+        let settings = AdaptiveSettings { tolerance: 1e-11, ..AdaptiveSettings::default() };
         let exact = reference(&system, &start, &[0.3], settings).expect("a reference");
         let crank_nicolson: Box<dyn Integrator> = Box::<Leapfrog>::default();
         for (name, method) in [("explicit", explicit()), ("Crank-Nicolson", crank_nicolson)] {
