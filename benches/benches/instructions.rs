@@ -29,25 +29,57 @@ const VECTORS: &str = "glibc.cpu.x86_rep_stosb_threshold=1000000000:\
 const SIDE: u32 = 52;
 const STEPS: usize = 5;
 
-/// Method, or `forces`, and mesh.
-const KERNELS: [(&str, Mesh); 17] = [
-    ("forces", Mesh::Grid),
-    ("forces", Mesh::General),
-    ("symplectic-euler", Mesh::Grid),
-    ("imex-euler:preconditioner=none", Mesh::Grid),
-    ("imex-euler:preconditioner=jacobi", Mesh::Grid),
-    ("imex-euler:preconditioner=jacobi", Mesh::General),
-    ("imex-euler", Mesh::Grid),
-    ("imex-euler", Mesh::General),
-    ("imex-euler:solver=cholesky", Mesh::Grid),
-    ("imex-updated", Mesh::Grid),
-    ("baraff-witkin", Mesh::Grid),
-    ("backward-euler", Mesh::Grid),
-    ("backward-euler:residual=1e-3,solver=cholesky", Mesh::Grid),
-    ("xpbd:substeps=4", Mesh::Grid),
-    ("xpbd:substeps=4", Mesh::General),
-    ("xpbd:substeps=4,sweep=coloured", Mesh::Grid),
-    ("vbd:sweeps=4", Mesh::Grid),
+/// Where a kernel works.
+#[derive(Clone, Copy)]
+enum Place {
+    /// The hanging sheet with [`SIDE`] particles along an edge.
+    Sheet(Mesh),
+    /// A bundled scene.
+    Scene(&'static str),
+}
+
+impl Place {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sheet(mesh) => mesh.name(),
+            Self::Scene(name) => name,
+        }
+    }
+}
+
+const GRID: Place = Place::Sheet(Mesh::Grid);
+const GENERAL: Place = Place::Sheet(Mesh::General);
+/// A cloth with projected damping, hinges and wind.
+const FLAG: Place = Place::Scene("flag");
+
+/// Method, or `forces`, and place.
+const KERNELS: [(&str, Place); 26] = [
+    ("forces", GRID),
+    ("forces", GENERAL),
+    ("forces", FLAG),
+    ("symplectic-euler", GRID),
+    ("baraff-witkin", FLAG),
+    ("leapfrog:damping=explicit", GRID),
+    ("imex-euler:preconditioner=none", GRID),
+    ("imex-euler:preconditioner=jacobi", GRID),
+    ("imex-euler:preconditioner=jacobi", GENERAL),
+    ("imex-euler", GRID),
+    ("imex-euler", GENERAL),
+    ("imex-euler:solver=cholesky", GRID),
+    ("imex-updated", GRID),
+    ("baraff-witkin", GRID),
+    ("backward-euler", GRID),
+    ("backward-euler", GENERAL),
+    ("backward-euler:solver=multigrid", GRID),
+    ("backward-euler:residual=1e-3,solver=cholesky", GRID),
+    ("bdf2", GRID),
+    ("xpbd:substeps=4", GRID),
+    ("xpbd:substeps=4", GENERAL),
+    ("xpbd:substeps=4,sweep=coloured", GRID),
+    ("xpbd-lines", GRID),
+    ("xpbd-lines", GENERAL),
+    ("vbd:sweeps=4", GRID),
+    ("vbd:sweeps=4", FLAG),
 ];
 
 /// Counts of instructions by kernel, of one compiler.
@@ -57,8 +89,8 @@ struct Counts {
     instructions: BTreeMap<String, u64>,
 }
 
-fn name((method, mesh): (&str, Mesh)) -> String {
-    format!("{method}, {}", mesh.name())
+fn name((method, place): (&str, Place)) -> String {
+    format!("{method}, {}", place.name())
 }
 
 /// The counted work: forces once, or a few steps.
@@ -72,11 +104,14 @@ fn measured(kernel: &str, prepared: &mut Prepared, out: &mut [Vec3]) {
     }
 }
 
-/// Runs one kernel, from a sheet that has fallen for a few steps.
-fn run(kernel: &str, mesh: Mesh) {
-    let method = if kernel == "forces" { "imex-euler" } else { kernel };
+/// Runs one kernel, from a cloth that has moved for a few steps.
+fn run(kernel: &str, place: Place) {
+    let method = if kernel == "forces" { "baraff-witkin" } else { kernel };
     let warm_up = if method == "symplectic-euler" { 0 } else { 5 };
-    let mut prepared = Prepared::on_sheet(SIDE, mesh, method, warm_up);
+    let mut prepared = match place {
+        Place::Sheet(mesh) => Prepared::on_sheet(SIDE, mesh, method, warm_up),
+        Place::Scene(scene) => Prepared::new(scene, method, warm_up),
+    };
     let mut out = vec![Vec3::zeros(); prepared.system.len()];
     measured(black_box(kernel), black_box(&mut prepared), &mut out);
     black_box((&prepared, &out));
@@ -145,8 +180,8 @@ fn compare(save: bool) -> Result<bool, String> {
 
 fn main() -> ExitCode {
     if let Ok(kernel) = std::env::var(KERNEL) {
-        if let Some((method, mesh)) = KERNELS.into_iter().find(|entry| name(*entry) == kernel) {
-            run(method, mesh);
+        if let Some((method, place)) = KERNELS.into_iter().find(|entry| name(*entry) == kernel) {
+            run(method, place);
         }
         return ExitCode::SUCCESS;
     }

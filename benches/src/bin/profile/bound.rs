@@ -85,7 +85,7 @@ pub(crate) fn seconds(machine: &Machine, profile: &Profile) -> f64 {
 /// The reason why a method is more than twice above its bound, apart from [`SPRINGS`].
 pub(crate) fn reason(id: &str) -> Option<&'static str> {
     Some(match id {
-        "explicit-euler" | "symplectic-euler" => {
+        "explicit-euler" | "symplectic-euler" | "leapfrog:damping=explicit" => {
             "the springs; then passes over the vectors for pins, velocities and positions."
         }
         "adams-bashforth2" => {

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100
-//! particles row by row, k/m = 1e4/s², with its default settings, on one thread. The table lists
-//! the median time of a step, the share of each [`Phase`] in another run, the counts of a step, and
-//! its *bound*. The bound is the least time of the [kernels](bound) that the step counts. It
+//! particles row by row, k/m = 1e4/s², with its default settings, on one thread; so do [`FORMS`].
+//! The table lists the median time of a step, whole and by springs, the share of each [`Phase`] in
+//! another run, the counts of a step, and its *bound*. The bound is the least time of the [kernels](bound) that the step counts. It
 //! follows from the speeds of this processor's arithmetic and caches, which the program measures
 //! first. Methods that are more than twice above their bound have a reason beside them. A last
 //! table compares the time of one hinge, one angle and one triangle in the air with that of a
@@ -55,6 +55,8 @@ struct Cli {
 const STIFFNESS: f64 = 1e4;
 /// Step of methods that are explicit in all springs, s.
 const EXPLICIT_STEP_S: f64 = 1e-3;
+/// Settings with other kernels than the default, shown below the method.
+const FORMS: [&str; 1] = ["leapfrog:damping=explicit"];
 /// A linearised step, and ways to solve the linear systems of a converged one.
 const CONVERGED: [&str; 11] = [
     "baraff-witkin",
@@ -119,8 +121,7 @@ fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let provenance = provenance();
-    let ids: Vec<_> = methods::all().map(|method| method.id).collect();
-    let profiles = rounds(cli, &ids, STIFFNESS)?;
+    let profiles = rounds(cli, &rows(), STIFFNESS)?;
     let mut converged = Vec::new();
     for stiffness in CONVERGED_STIFFNESS {
         converged.extend(rounds(cli, &CONVERGED, stiffness)?);
@@ -137,6 +138,15 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
+}
+
+/// The rows of the first table: all methods, with [`FORMS`] below their own.
+fn rows() -> Vec<&'static str> {
+    let of = |id: &'static str| {
+        let own = move |form: &&str| form.split(':').next() == Some(id);
+        std::iter::once(id).chain(FORMS.into_iter().filter(own))
+    };
+    methods::all().flat_map(|method| of(method.id)).collect()
 }
 
 /// Each method on each sheet, in turns: what else the machine does is in some rounds only.
@@ -256,11 +266,13 @@ mod tests {
     fn every_method_has_a_profile_and_a_bound_below_it() {
         // As fast as no processor is: bounds are below any measurement, debug builds' too.
         let machine = Machine { root_and_quotient_s: 1e-11, flops_per_s: 1e13, bytes_per_s: 1e13 };
-        for method in methods::all() {
-            let profile = profile(method.id, 8, STIFFNESS, 0.0).expect("a run");
+        let rows = rows();
+        assert!(FORMS.iter().all(|form| rows.contains(form)), "{rows:?}");
+        for id in rows {
+            let profile = profile(id, 8, STIFFNESS, 0.0).expect("a run");
             let bound = bound::seconds(&machine, &profile);
             assert!(0.0 < bound && bound < profile.step, "{profile:?} {bound}");
-            assert!(bound::reason(method.id).is_some(), "{}: no reason is written", method.id);
+            assert!(bound::reason(id).is_some(), "{id}: no reason is written");
             let sum: f64 = profile.shares.iter().sum();
             assert!((sum - 1.0).abs() < 1e-9 && profile.step > 0.0, "{profile:?}");
         }
