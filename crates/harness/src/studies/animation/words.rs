@@ -145,17 +145,21 @@ fn scale(facts: &Facts) -> String {
     }
 }
 
-/// How few calls a good frame of a limited form takes.
+/// How few evaluations of the forces a good frame of a limited form takes. A call of some methods
+/// has several.
 fn explicit(facts: &Facts) -> Option<String> {
     let least = |scene: &Scene| {
+        let frames = (scene.span_s * f64::from(scene.frames_per_s)).round();
         let own = runs(facts, scene).filter(|run| run.is_good(scene) && run.is_limited);
-        own.map(|run| f64::from(run.substeps)).reduce(f64::min)
+        let a_frame = own.map(|run| (run.counts.force_evaluations as f64 / frames).floor());
+        a_frame.reduce(f64::min)
     };
     let needs: Vec<_> = facts.scenes.iter().filter_map(least).collect();
-    let calls = range(&needs, |calls| calls.to_string())?;
-    let by_scene = if calls.contains(" to ") { ", by scene" } else { "" };
+    let sweeps = range(&needs, |sweeps| sweeps.to_string())?;
+    let by_scene = if sweeps.contains(" to ") { ", by scene" } else { "" };
     Some(format!(
-        "Methods whose step stiffness limits need at least {calls} calls for a good frame{by_scene}."
+        "Methods whose step stiffness limits evaluate the forces at least {sweeps} times for a good \
+         frame{by_scene}."
     ))
 }
 
@@ -367,7 +371,11 @@ mod tests {
             run("wrong", 4, Verdict::Stable, 0.005),
             run("still", 1, Verdict::Locked, 0.3),
             run("loud", 1, Verdict::Unstable, 0.001),
-            run("explicit", 48, Verdict::Stable, 0.0001),
+            // Two sweeps in each of 24 calls, over 120 frames.
+            Run {
+                counts: Counters { force_evaluations: 5761, ..Counters::default() },
+                ..run("explicit", 24, Verdict::Stable, 0.0001)
+            },
             run("slippery", 2, Verdict::LostContact, 0.0001),
         ];
         let facts = Facts { scenes: vec![scene()], runs, missing: Vec::new() };
@@ -375,8 +383,8 @@ mod tests {
         assert_eq!(
             said.conclusion,
             "A frame is good if it is off by at most 10 mm or twice the noise. One call a frame is \
-             enough in every scene that was run, with `good`. Methods whose step \
-             stiffness limits need at least 48 calls for a good frame."
+             enough in every scene that was run, with `good`. Methods whose step stiffness limits \
+             evaluate the forces at least 48 times for a good frame."
         );
         let all = said.observations.join(" ");
         for sentence in [

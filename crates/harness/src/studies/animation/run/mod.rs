@@ -34,10 +34,13 @@ fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
     }
 }
 
-/// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones.
+/// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones, and
+/// further until one is good, except in the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Least number of frames that are timed; more if a tenth of the scene is longer.
+/// Particles along an edge up to which whole scenes are timed.
+const TIMED_WHOLE: u32 = 50;
+/// Least number of frames that are timed of other scenes; more if a tenth of the scene is longer.
 const TIMED: u32 = 6;
 /// Number of sweeps of forces a frame from which on more calls of a form are not tried.
 const DEAR: u64 = 100;
@@ -65,7 +68,9 @@ fn first_forms() -> Vec<Film> {
 pub(super) fn method() -> String {
     let more = "Two scenes show whether the findings hold for longer times and finer meshes: one \
                 lasts 5 s, and one has 2500 particles. They run only the first form of each \
-                method, which was chosen after the small scenes had been run.";
+                method, which was chosen after the small scenes had been run. On all scenes an \
+                explicit method runs on until one of its runs is also good, as the figures count \
+                it.";
     format!("{} {more}", common())
 }
 
@@ -134,11 +139,12 @@ pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
 /// How the timings are taken.
 fn timing() -> String {
     format!(
-        "One run at a time on one thread: the first {TIMED} frames, or a tenth of the scene if \
-         that is more. The median of {REPETITIONS} repetitions counts; a run of more than \
+        "One run at a time on one thread: the whole scene on up to {} particles, else its first \
+         {TIMED} frames, or its first tenth if that is more. The median of {REPETITIONS} repetitions counts; a run of more than \
          {LONG_S} s is timed once. The time is the processor time in the calls of the method if \
          the system reports it, else the wall time; other programs disturb processor time less. \
          {} Only runs that neither gain energy nor stand still are timed. The time excludes set-up.",
+        TIMED_WHOLE * TIMED_WHOLE,
         about_probe()
     )
 }

@@ -1,6 +1,6 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
-use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, first_forms, forms, rungs};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, TIMED_WHOLE, first_forms, forms, rungs};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
@@ -84,6 +84,8 @@ pub(super) struct Case {
     perturbed: usize,
     /// Whether every form of a method is run.
     has_all_forms: bool,
+    /// Whether an explicit method runs on until one of its runs is good.
+    until_good: bool,
     /// Whether a sound run of an explicit method is its last if it is exact enough for every figure.
     pub(super) ends_when_fine: bool,
 }
@@ -101,6 +103,7 @@ const BASE: Case = Case {
     frames: 36,
     perturbed: 3,
     has_all_forms: true,
+    until_good: true,
     ends_when_fine: false,
 };
 
@@ -130,7 +133,7 @@ const LONG: u32 = 300;
 /// The scenes of the long study, cheapest first. The largest lasts as long as that of 2500 particles
 /// in `animation`: in a second of it, all forms would compute for hours.
 pub(super) fn long() -> Vec<Case> {
-    let dear = Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE };
+    let dear = Case { frames: LONG, perturbed: 2, has_all_forms: false, until_good: false, ..BASE };
     vec![
         Case { place: Place::Ball, ..dear },
         Case { place: Place::Flag, ..dear },
@@ -182,6 +185,11 @@ impl Case {
     /// to cross the cloth, and information more iterations.
     pub(super) fn sweeps_a_frame(&self) -> f64 {
         SWEEPS_A_FRAME * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
+    }
+
+    /// Number of frames that are timed.
+    fn timed(&self) -> u32 {
+        if self.side > TIMED_WHOLE { TIMED.max(self.frames / 10) } else { self.frames }
     }
 
     /// The measure that ranks its runs.
@@ -454,8 +462,8 @@ impl Setting {
         self.scene.error(run).is_some_and(|error| error <= fine)
     }
 
-    /// Runs with rising numbers of calls until two runs are sound, or until one is also exact enough
-    /// for every figure, if that is to end them.
+    /// Runs with rising numbers of calls until two runs are sound and, if the scene asks for it, one
+    /// of them is good; or until one is exact enough for every figure, if that is to end them.
     fn to_the_limit(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let mut runs = Vec::new();
         // Within Gershgorin's bound stiffness makes no run unstable.
@@ -469,7 +477,9 @@ impl Setting {
                 runs.clear(); // of the failures before the first sound run the last counts
             }
             runs.push(run);
-            if is_over || is_enough || runs.iter().filter(|run| run.is_sound()).count() == 2 {
+            let has_two = runs.iter().filter(|run| run.is_sound()).count() >= 2;
+            let is_good = runs.iter().any(|run| run.is_good(&self.scene));
+            if is_over || is_enough || has_two && (is_good || !self.case.until_good) {
                 break;
             }
         }
@@ -600,7 +610,7 @@ impl Stage for Setting {
 
     fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
-        let frames = TIMED.max(self.case.frames / 10);
+        let frames = self.case.timed();
         let Taken { samples_s, seconds, probe_s } = samples(LONG_S, || {
             let runner = Runner::new(&choice, self.camera.span(run.substeps, frames)).processor();
             let outcome = self.in_time(runner).go(&mut self.simulation.clone())?;
