@@ -109,6 +109,14 @@ pub(crate) struct Input<F, T = ()> {
     pub(crate) timings: Option<Timings<T>>,
 }
 
+impl<F, T> Input<F, T> {
+    /// A note that names the processor of the times; `None` without timings.
+    pub(crate) fn machine(&self) -> Option<String> {
+        let timings = self.timings.as_ref()?;
+        Some(format!("Times of one core of {}.", timings.provenance.cpu))
+    }
+}
+
 /// The parts of a study, from its folder. `F` are its facts, `T` is a row of its timings.
 struct Parts<F: 'static, T: 'static = ()> {
     name: &'static str,

@@ -31,34 +31,38 @@ type Answer = [String; 3];
 /// # Errors
 /// A message if a record cannot be read or lacks a number.
 pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
-    let rest = at_rest(results)?;
+    let round = at_rest(results, Tables::Round)?;
+    let all = at_rest(results, Tables::All)?;
     let answers = [
         (
             "a curtain in a film at 24 frames a second",
             of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
         ),
         ("a skirt in a game at 60 frames a second", of_skirt(results)?),
-        ("a drape test for a textile laboratory", laid(rest.as_ref())),
+        ("a drape test for a textile laboratory", laid(results, round.as_ref())?),
         ("a teaching demonstration", taught(results)?),
-        ("a still of a million particles", of_a_million(results, rest.as_ref())?),
+        ("a still of a million particles", of_a_million(results, all.as_ref())?),
     ];
     Ok(answers.map(|(what, [take, measured, why])| Use { what, take, measured, why }))
 }
 
 /// The head of the column that says what a use was measured on. It names the processors whose times
-/// rank the methods.
+/// rank the methods, with their studies.
 ///
 /// # Errors
 /// A message if timings cannot be read.
 pub fn measured_on(results: &Path) -> Result<String, String> {
-    let mut processors = vec![processor(results, "animation")?];
-    for study in ["animation-long", "rest"] {
-        let other = processor(results, study)?;
-        if !processors.contains(&other) {
-            processors.push(other);
+    let mut processors: Vec<(String, Vec<String>)> = Vec::new();
+    for study in ["animation", "animation-long", "rest", "regret", "scaling"] {
+        let processor = processor(results, study)?;
+        let study = format!("`{study}`");
+        match processors.iter_mut().find(|(known, _)| *known == processor) {
+            Some((_, studies)) => studies.push(study),
+            None => processors.push((processor, vec![study])),
         }
     }
-    Ok(format!("measured on (times: {})", processors.join("; ")))
+    let told = processors.iter().map(|(cpu, studies)| format!("{}: {cpu}", studies.join(", ")));
+    Ok(format!("measured on (times of {})", told.collect::<Vec<_>>().join("; of ")))
 }
 
 /// The processor of the timings of a study.
@@ -196,26 +200,31 @@ impl Frames {
     }
 }
 
-/// The answer for frames on a ball. Where cloth stays there for seconds, the long study answers.
+/// The answer for frames on a ball. Cloth stays there for seconds, so the long study comes first.
 fn of_skirt(results: &Path) -> Result<Answer, String> {
     const PLACE: &str = "on a ball";
     let short = Frames::of(results, "animation", PLACE)?;
-    let [mut take, mut measured, mut why] = of_frames(results, &short, "skirt")?;
+    let [take, measured, why] = of_frames(results, &short, "skirt")?;
     let long = Frames::of(results, "animation-long", PLACE)?;
     let Some((run, time)) = long.least.first() else { return Ok([take, measured, why]) };
     let calls = run.calls(&long.scene);
-    let near = ties("tie", &long.near());
-    take += &format!("; for seconds of contact: `{}`, {calls} a frame{near}", method(&run.label));
-    measured += &format!("; the same ball for {:.0} s", long.scene.span_s);
-    why += &format!(". `animation-long`, {}: {:.1} ms a frame", long.scene.id, 1e3 * time);
     let same = short.least.first().and_then(|(first, _)| {
         let form = |run: &animation::facts::Run| (run.label.clone(), run.substeps, run.inside);
         long.runs.iter().find(|run| form(run) == form(first))
     });
-    if let Some(run) = same {
-        let (calls, form) = (run.calls(&long.scene), method(&run.label));
-        why += &format!("; there `{form}` with {calls} a frame is {}", run.verdict);
-    }
+    let later = same.filter(|run| !run.is_good(&long.scene));
+    let later = later.map(|run| format!(" (after seconds it is {})", run.verdict));
+    let take = format!(
+        "`{}`, {calls} a frame{}; for less than a second: {take}{}",
+        method(&run.label),
+        ties("tie", &long.near()),
+        later.unwrap_or_default()
+    );
+    let measured = format!(
+        "{} particles on a ball for {:.0} s, by energy and strain; less than a second: {measured}",
+        long.scene.particles, long.scene.span_s
+    );
+    let why = format!("`animation-long`, {}: {:.1} ms a frame. {why}", long.scene.id, 1e3 * time);
     Ok([take, measured, why])
 }
 
@@ -230,7 +239,7 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let advice = advised(results, bundled, f64::from(scene.frames_per_s))?;
+    let advice = advised(results, bundled)?;
     let measured = format!(
         "{place}, within {:.0} mm{noise}{}",
         1e3 * scene.good_m(),
@@ -274,25 +283,19 @@ struct Advised {
     why: String,
 }
 
-/// The advice for a bundled scene at this rate of frames; `None` if it was not asked for.
-fn advised(results: &Path, scene: &str, rate: f64) -> Result<Option<Advised>, String> {
+/// The advice for a bundled scene; `None` if it was not asked for.
+fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
     use regret::facts::TimingRow;
     let timings: Vec<TimingRow> = timings(results, "regret")?;
-    let is_asked = |row: &TimingRow| row.scene == scene && row.frames_per_s == rate;
-    let Some(row) = timings.into_iter().find(is_asked) else { return Ok(None) };
+    let Some(row) = timings.into_iter().find(|row| row.scene == scene) else { return Ok(None) };
+    let step_s = 1.0 / (row.frames_per_s * f64::from(row.substeps.max(1)));
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
-        |label| match row.substeps {
-            1 => format!("`{label}`, 1 step a frame"),
-            steps => {
-                let step_s = 1.0 / (row.frames_per_s * f64::from(steps));
-                format!("`{label}`, steps of {} ms", step_ms(step_s))
-            }
-        },
+        |label| format!("`{label}`, steps of {} ms", step_ms(step_s)),
     );
     let why = format!(
-        ". For the bundled scene `{scene}` at {} frames a second (within {:.1} mm or twice the \
-         noise), `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
+        ". For the motion of the bundled scene `{scene}` at {} frames a second (within {:.1} mm or \
+         twice the noise), `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
         row.frames_per_s,
         1e3 * row.target_m,
         row.budget_s,
@@ -300,8 +303,11 @@ fn advised(results: &Path, scene: &str, rate: f64) -> Result<Option<Advised>, St
     );
     Ok(Some(Advised {
         label: row.label,
-        take: format!("; on the bundled `{scene}`: {advice}"),
-        measured: format!("; `{scene}`: {} particles, by `drape compare`", row.particles),
+        take: format!("; for the bundled `{scene}`: {advice}"),
+        measured: format!(
+            "; `{scene}`: {} particles at {} frames a second, by `drape compare`",
+            row.particles, row.frames_per_s
+        ),
         why,
     }))
 }
@@ -309,7 +315,15 @@ fn advised(results: &Path, scene: &str, rate: f64) -> Result<Option<Advised>, St
 /// A tenth of a second, the unit in which `rest` counts steps.
 const TENTH_S: f64 = 0.1;
 
-/// The form that is nearest to the cheapest on every round table.
+/// Tables of the study `rest`.
+#[derive(Clone, Copy, PartialEq)]
+enum Tables {
+    /// The round ones, those of drape tests.
+    Round,
+    All,
+}
+
+/// The form that is nearest to the cheapest on each of some tables.
 struct Rest {
     /// The form with its settings.
     form: String,
@@ -325,23 +339,31 @@ struct Rest {
 }
 
 /// The form for a drape test.
-fn laid(rest: Option<&Rest>) -> Answer {
+fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
         let why = "`rest`: no form comes to rest on all".to_owned();
-        return ["none".to_owned(), "study `rest`".to_owned(), why];
+        return Ok(["none".to_owned(), "study `rest`".to_owned(), why]);
     };
-    let take = format!("`{form}`, steps of {steps}{}", ties("near", near));
-    let why = format!("{why}. How near drape coefficients come to published ones: study `fabric`");
-    [take, measured.clone(), why]
+    let mut take = format!("`{form}`, steps of {steps}{}", ties("tie", near));
+    let mut measured = measured.clone();
+    let mut why =
+        format!("{why}. How near drape coefficients come to published ones: study `fabric`");
+    if let Some(advice) = advised(results, "drape-test")? {
+        take += &advice.take.replace("for the bundled", "for the motion of the bundled");
+        measured += &advice.measured;
+        why += &advice.why;
+    }
+    Ok([take, measured, why])
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
-fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
+fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
     use rest::facts::{Facts, Run, TIE, TimingRow};
     let facts: Facts = facts(results, "rest")?;
     let timings: Vec<TimingRow> = timings(results, "rest")?;
     let ids = facts.scenes.iter().map(|scene| scene.id.as_str());
-    let round: Vec<&str> = ids.filter(|id| id.starts_with("round")).collect();
+    let is_meant = |id: &&str| tables == Tables::All || id.starts_with("round");
+    let meant: Vec<&str> = ids.filter(is_meant).collect();
     let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.seconds);
     let right = facts.runs.iter().filter(|run| run.is_right());
     let right: Vec<(&Run, f64)> = right.filter_map(|run| Some((run, time(run)?))).collect();
@@ -351,7 +373,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
         own.map(|(_, seconds)| *seconds).fold(f64::INFINITY, f64::min)
     };
     let ratio = |label: &str| {
-        let ratios = round.iter().map(|scene| least(scene, Some(label)) / least(scene, None));
+        let ratios = meant.iter().map(|scene| least(scene, Some(label)) / least(scene, None));
         ratios.fold(0.0, f64::max)
     };
     let mut labels: Vec<&str> = right.iter().map(|(run, _)| run.label.as_str()).collect();
@@ -362,7 +384,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     let Some(first) = labels.first() else { return Ok(None) };
     let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
     let near = near.take(4).map(|label| format!("`{label}`")).collect();
-    let fastest: Vec<(f64, u32)> = round
+    let fastest: Vec<(f64, u32)> = meant
         .iter()
         .map(|scene| {
             let seconds = least(scene, Some(first));
@@ -378,7 +400,7 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     };
     let told: Vec<_> = fastest.iter().map(told).collect();
     let mut steps: Vec<String> = Vec::new();
-    for (scene, (_, number)) in round.iter().zip(&fastest) {
+    for (scene, (_, number)) in meant.iter().zip(&fastest) {
         let fabric = scene.split(", ").nth(1).unwrap_or_default();
         let step = format!("{} ms ({fabric})", step_ms(step_s(*number)));
         if !steps.contains(&step) {
@@ -387,25 +409,25 @@ fn at_rest(results: &Path) -> Result<Option<Rest>, String> {
     }
     let steps = steps.join(", ");
     let mut elsewhere = String::new();
-    for scene in facts.scenes.iter().filter(|scene| !round.contains(&scene.id.as_str())) {
+    for scene in facts.scenes.iter().filter(|scene| !meant.contains(&scene.id.as_str())) {
         let times = least(&scene.id, Some(first)) / least(&scene.id, None);
         elsewhere.push_str(&format!("; on the {} {times:.1} times", scene.id));
     }
-    let on_table = facts.scenes.iter().filter(|scene| round.contains(&scene.id.as_str()));
+    let on_table = facts.scenes.iter().filter(|scene| meant.contains(&scene.id.as_str()));
     let mut sizes: Vec<usize> = on_table.map(|scene| scene.particles).collect();
     sizes.sort_unstable();
     sizes.dedup();
     let sizes: Vec<_> = sizes.iter().map(usize::to_string).collect();
+    let kind = if tables == Tables::Round { "round tables" } else { "tables" };
     let measured = format!(
-        "cloth of {} particles on {} round tables (study `rest`): least computing time until it lies \
-         still",
+        "cloth of {} particles on {} {kind} (study `rest`): least computing time until it lies still",
         sizes.join(" or "),
-        round.len()
+        meant.len()
     );
     let why = format!(
-        "`rest`, {} round tables: until the cloth lies still it computes for {}. That is at most {:.1} \
+        "`rest`, {} {kind}: until the cloth lies still it computes for {}. That is at most {:.1} \
          times the least computing time{elsewhere}",
-        round.len(),
+        meant.len(),
         told.join(", "),
         ratio(first)
     );

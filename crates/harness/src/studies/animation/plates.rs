@@ -105,12 +105,6 @@ fn time(input: &Input, run: &Run) -> Option<f64> {
     rows.iter().find(|row| row.is_of(run)).map(|row| row.frame_s)
 }
 
-/// The machine whose times a figure shows.
-fn machine(input: &Input) -> Option<String> {
-    let timings = input.timings.as_ref()?;
-    Some(format!("Times of one core of {}.", timings.provenance.cpu))
-}
-
 /// Sound runs of a scene that have a time and an error: the run, its time (s) and its error (m).
 fn timed<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Run, f64, f64)> {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_sound());
@@ -297,7 +291,7 @@ fn frames(input: &Input) -> Option<Sheet> {
         sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
     }
     sheet.notes.extend(dampings(&scenes));
-    sheet.notes.extend(machine(input));
+    sheet.notes.extend(input.machine());
     Some(sheet)
 }
 
@@ -412,7 +406,7 @@ fn map(input: &Input) -> Option<Matrix> {
         ]
         .into_iter()
         .chain(shown(input).filter_map(raised))
-        .chain(machine(input))
+        .chain(input.machine())
         .collect(),
     })
 }
@@ -463,7 +457,7 @@ fn front(input: &Input) -> Option<Sheet> {
             Axis::log("error (mm)", &ys)
         },
     )?;
-    sheet.notes.push(machine(input)?);
+    sheet.notes.push(input.machine()?);
     Some(sheet)
 }
 
@@ -525,7 +519,7 @@ fn cheapest(input: &Input) -> Option<Matrix> {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
         legend: legend("ms", &signs),
-        notes: machine(input).into_iter().collect(),
+        notes: input.machine().into_iter().collect(),
     })
 }
 

@@ -129,7 +129,8 @@ fn cost(input: &Input) -> Option<Sheet> {
         panel("A step", "time (ms)", &sizes, &of(|row| milliseconds(&row.step_ns)), false),
         panel("Rebuild over one step", "steps", &sizes, &of(worth), true),
     ];
-    (!rows.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+    let notes = input.machine().into_iter().collect();
+    (!rows.is_empty()).then_some(Sheet { panels, notes })
 }
 
 /// The tables of the page.

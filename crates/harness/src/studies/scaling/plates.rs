@@ -117,7 +117,7 @@ fn cost(input: &Input) -> Option<Sheet> {
         let curves = curves.chain(series("byte bound", Look::pair(5, 1), bound));
         drafts.push((vec![format!("{label}, by phase")], curves.collect(), rules()));
     }
-    panels_of(
+    let mut sheet = panels_of(
         drafts,
         |xs| Axis::log(PARTICLES, xs),
         |ys| {
@@ -125,8 +125,9 @@ fn cost(input: &Input) -> Option<Sheet> {
             let all: Vec<f64> = ys.iter().copied().chain(floor).collect();
             Axis::log(NANOSECONDS, &all)
         },
-    )
-    .filter(|_| input.timings.is_some())
+    )?;
+    sheet.notes.push(input.machine()?);
+    Some(sheet)
 }
 
 fn iterations(input: &Input) -> Option<Sheet> {

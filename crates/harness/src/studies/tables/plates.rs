@@ -2,7 +2,7 @@
 
 pub(super) mod tabulated;
 
-use super::facts::{Facts, Row, TimingRow, VARIANTS};
+use super::facts::{Facts, PLAIN, Row, TimingRow, UPDATED_PAPER, UPDATED_ROBUST, VARIANTS};
 use crate::families::looks;
 use drape_report::Verdict;
 use drape_report::number::{power, setting, significant};
@@ -71,15 +71,15 @@ fn heading(row: &Row) -> String {
     format!("Table {}, row {}: {}", row.table, row.row, subject(row))
 }
 
-/// Methods behind the variants.
-const METHODS: [&str; 3] = ["imex-euler", "imex-updated", "imex-updated"];
-
-/// The look of a variant. Some variants are drawn without lines, so forms of one method have
-/// different markers.
+/// The look of a variant. The safeguarded form is the default one, so it has the look of its method,
+/// as in all figures. Some variants are drawn without lines, so the printed form has another marker.
 pub(in crate::studies) fn look_of_variant(variant: &str) -> Look {
-    match place_of(variant, &VARIANTS) {
-        n if n < METHODS.len() => looks(&METHODS)[n].shifted(n / 2),
-        n => Look::number(n),
+    let forms = looks(&["imex-updated"; 2]);
+    match variant {
+        PLAIN => looks(&["imex-euler"])[0],
+        UPDATED_ROBUST => forms[0],
+        UPDATED_PAPER => forms[1].shifted(1),
+        _ => Look::number(place_of(variant, &VARIANTS)),
     }
 }
 
@@ -210,7 +210,8 @@ fn cost(input: &Input) -> Option<Sheet> {
             (!timed.is_empty()).then(|| cost_panel(row, &timed))
         })
         .collect();
-    (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
+    let notes = input.machine().into_iter().collect();
+    (!panels.is_empty()).then_some(Sheet { panels, notes })
 }
 
 fn cost_panel(row: &Row, timed: &[&TimingRow]) -> Panel {

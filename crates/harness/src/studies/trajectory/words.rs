@@ -2,6 +2,7 @@
 
 use super::facts::{Beside, Facts, HALF, Kind, LEAD, Row, Run, Scene, Winner, saved, tally};
 use crate::studies::names;
+use crate::studies::work_precision::run::FEWEST;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
 
@@ -252,7 +253,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
          `rest` about where cloth comes to lie."
             .to_owned(),
     ];
-    let others = [budget(facts), flawed(facts), undamped(facts), small(facts)];
+    let others = [budget(facts), coarsest(facts), flawed(facts), undamped(facts), small(facts)];
     caveats.extend(others.into_iter().flatten());
     caveats
 }
@@ -271,6 +272,32 @@ fn budget(facts: &Facts) -> Option<String> {
 fn slowest(facts: &Facts) -> Option<f64> {
     let named = facts.winners.iter().filter(|winner| winner.label.is_some());
     named.filter_map(|winner| winner.modelled_s).reduce(f64::max)
+}
+
+/// How often the winner takes the longest step that was tried.
+fn coarsest(facts: &Facts) -> Option<String> {
+    let step = |winner: &Winner| {
+        let row = facts
+            .rows
+            .iter()
+            .find(|row| row.scene == winner.scene && Some(&row.label) == winner.label.as_ref())?;
+        row.runs.iter().find(|run| Some(run.value) == winner.value)?.step_s
+    };
+    let is_longest = |winner: &&Winner| {
+        let scene = facts.scenes.iter().find(|scene| scene.id == winner.scene);
+        scene.zip(step(winner)).is_some_and(|(scene, step)| {
+            (step * f64::from(FEWEST) - scene.span_s).abs() <= 1e-9 * scene.span_s
+        })
+    };
+    let ranked = || facts.winners.iter().filter(|winner| winner.label.is_some());
+    let count = ranked().filter(is_longest).count();
+    (count > 0).then(|| {
+        format!(
+            "{count} of {} winners take the longest step of the study, a run in {FEWEST} steps; their \
+             errors may be far smaller than asked for, and longer steps might be cheaper still.",
+            ranked().count()
+        )
+    })
 }
 
 /// How often a run with a flaw would have won.

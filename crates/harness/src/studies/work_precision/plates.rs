@@ -262,6 +262,7 @@ fn four(input: &Input, damping: &str, cost: Cost) -> Option<Sheet> {
     let mut sheet =
         sheet(last.iter().map(|scene| panel(input, scene, title(scene), cost)).collect(), cost)?;
     sheet.notes.extend(last.iter().filter_map(|scene| named_front(input, scene, cost)));
+    sheet.notes.extend(input.machine().filter(|_| matches!(cost, Cost::Seconds)));
     Some(sheet)
 }
 

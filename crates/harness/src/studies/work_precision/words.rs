@@ -29,8 +29,8 @@ pub(super) fn words(facts: &Facts) -> Words {
         format!("No method reaches an error of {} on a hanging sheet.", percent(LEVEL, 1))
     } else {
         format!(
-            "Here a kind of method leads if its best one needs less than half of the modelled time \
-             of the other kind's, for an error of {}. {}",
+            "In `work-precision` a kind of method, explicit or implicit, leads if its best one needs \
+             less than half of the modelled time of the other kind's, for an error of {}. {}",
             percent(LEVEL, 1),
             conclusions.join(" ")
         )
@@ -347,8 +347,9 @@ mod tests {
                 ("heavy", "On the hanging sheet with heavy damping, d/m = √(k/m), "),
             ] {
                 let conclusion = words(&facts(damping, winners)).conclusion;
-                let first = "Here a kind of method leads if its best one needs less than half of \
-                             the modelled time of the other kind's, for an error of 1 %.";
+                let first = "In `work-precision` a kind of method, explicit or implicit, leads if \
+                             its best one needs less than half of the modelled time of the other \
+                             kind's, for an error of 1 %.";
                 let all = format!("{first} {begin}{said}");
                 assert!(conclusion.starts_with(&all), "{conclusion}");
             }

@@ -36,7 +36,7 @@ pub(super) fn method() -> String {
          as a mean over these times. Energy: the energy at the end beyond the true one, over the \
          energy that the scene sets free. Motion kept is the path of the middle of the free edge \
          over the true path. Every method runs in all forms of `work-precision`, except that \
-         `rkc` refuses sheets without damping. They take steps T/2ʲ until the trajectory errs by \
+         `rkc` refuses sheets without damping. They take steps T/2ʲ, from T/8 or the limit of stability on, until the trajectory errs by \
          less than {} or by less than the noise, or until the visits of a run, all at the least \
          price of its form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the \
          runs, as in `work-precision`; a method that takes \

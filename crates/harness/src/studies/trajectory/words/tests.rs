@@ -137,6 +137,8 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
                 method gets there within its budget.";
     assert!(words(&missed).conclusion.contains(told), "{:?}", words(&missed));
     assert!(said.caveats[0].contains("1 of 4 winners lead by less"), "{:?}", said.caveats);
+    let longest = "4 of 4 winners take the longest step of the study, a run in 8 steps;";
+    assert!(said.caveats.iter().any(|text| text.starts_with(longest)), "{:?}", said.caveats);
 }
 
 /// All methods that tie with a winner fit the budget of a run, so no tie is told as a lead.

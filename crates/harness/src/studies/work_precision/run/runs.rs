@@ -9,15 +9,14 @@ use crate::methods::Choice;
 use crate::run::{Outcome, Runner, Simulation};
 use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
 use drape_model::{State, TimeSpan};
-use drape_oracle::adaptive::{AdaptiveError, AdaptiveSettings};
-use drape_oracle::adaptive::{Pair, adaptive};
+use drape_oracle::adaptive::{AdaptiveError, AdaptiveSettings, Pair, adaptive};
 use drape_report::Verdict;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Number of steps of the coarsest run of a method whose step stiffness does not limit.
-const FEWEST: u32 = 8;
+pub(in crate::studies) const FEWEST: u32 = 8;
 /// Largest number of steps of any run.
 const MOST: u32 = 1 << 20;
 /// Number of steps asked of a method with another knob: each step is about a frame of a film.
