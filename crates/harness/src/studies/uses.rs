@@ -213,9 +213,9 @@ fn of_skirt(results: &Path) -> Result<Answer, String> {
         long.runs.iter().find(|run| form(run) == form(first))
     });
     let later = same.filter(|run| !run.is_good(&long.scene));
-    let later = later.map(|run| format!(" (after seconds it is {})", run.verdict));
+    let later = later.map(|run| format!(" (such a run is {} later)", run.verdict));
     let take = format!(
-        "`{}`, {calls} a frame{}; for less than a second: {take}{}",
+        "`{}`, {calls} a frame{}; for less than a second{}: {take}",
         method(&run.label),
         ties("tie", &long.near()),
         later.unwrap_or_default()
