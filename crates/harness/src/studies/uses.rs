@@ -255,8 +255,10 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         None => short(&first.method),
     };
     let other = match &advice {
-        Some(advice) if advice.label.as_deref() != Some(&first.label) => &advice.take,
-        _ => "",
+        Some(advice) if advice.label.as_deref() != Some(&first.label) => {
+            format!("; for the bundled `{bundled}`: {}", advice.take)
+        }
+        _ => String::new(),
     };
     let take =
         format!("`{form}`, {} a frame{}{other}", first.calls(scene), ties("tie", &frames.near()));
@@ -274,10 +276,11 @@ fn step_ms(step_s: f64) -> String {
     significant(1e3 * step_s, 2)
 }
 
-/// What `drape compare` advises for a bundled scene. The texts go on those of an answer.
+/// What `drape compare` advises for a bundled scene. The last two texts go on those of an answer.
 struct Advised {
     /// The form; `None` if nothing was advised.
     label: Option<String>,
+    /// The form with its step.
     take: String,
     measured: String,
     why: String,
@@ -303,7 +306,7 @@ fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
     );
     Ok(Some(Advised {
         label: row.label,
-        take: format!("; for the bundled `{scene}`: {advice}"),
+        take: advice,
         measured: format!(
             "; `{scene}`: {} particles at {} frames a second, by `drape compare`",
             row.particles, row.frames_per_s
@@ -349,7 +352,7 @@ fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     let mut why =
         format!("{why}. How near drape coefficients come to published ones: study `fabric`");
     if let Some(advice) = advised(results, "drape-test")? {
-        take += &advice.take.replace("for the bundled", "for the motion of the bundled");
+        take += &format!("; for the motion of the bundled `drape-test`: {}", advice.take);
         measured += &advice.measured;
         why += &advice.why;
     }

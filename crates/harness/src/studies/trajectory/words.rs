@@ -2,7 +2,7 @@
 
 use super::facts::{Beside, Facts, HALF, Kind, LEAD, Row, Run, Scene, Winner, saved, tally};
 use crate::studies::names;
-use crate::studies::work_precision::run::FEWEST;
+use crate::studies::work_precision::facts::FEWEST;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
 

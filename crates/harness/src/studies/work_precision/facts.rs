@@ -6,6 +6,8 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
+pub const FEWEST: u32 = 8;
 /// Series of scenes in which the stiffness varies.
 pub const STIFFNESS: &str = "stiffness";
 /// Series of scenes with different numbers of particles and the same stiffness over mass.

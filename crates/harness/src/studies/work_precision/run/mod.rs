@@ -18,7 +18,6 @@ use crate::studies::{Context, Measured, Recorded, Start, Timing, prepared, taken
 use crate::{HarnessError, system_hash};
 use drape_report::Verdict;
 use front::LEVELS;
-pub(in crate::studies) use runs::FEWEST;
 use scenes::{Case, Setting, cases};
 use serde_json::json;
 use variants::VARIANTS;

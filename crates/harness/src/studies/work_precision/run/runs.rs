@@ -7,7 +7,7 @@ use crate::cost::{Counted, prices};
 use crate::film::Seen;
 use crate::methods::Choice;
 use crate::run::{Outcome, Runner, Simulation};
-use crate::studies::work_precision::facts::{Beside, Flaw, Row, Run};
+use crate::studies::work_precision::facts::{Beside, FEWEST, Flaw, Row, Run};
 use drape_model::{State, TimeSpan};
 use drape_oracle::adaptive::{AdaptiveError, AdaptiveSettings, Pair, adaptive};
 use drape_report::Verdict;
@@ -15,8 +15,6 @@ use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
-pub(in crate::studies) const FEWEST: u32 = 8;
 /// Largest number of steps of any run.
 const MOST: u32 = 1 << 20;
 /// Number of steps asked of a method with another knob: each step is about a frame of a film.
