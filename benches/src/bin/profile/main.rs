@@ -7,11 +7,11 @@
 //! Every method takes steps of the hanging sheet of [`HangingSheet`], 52 × 52 and 100 × 100
 //! particles row by row, k/m = 1e4/s², with its default settings, on one thread; so do [`FORMS`].
 //! The table lists the median time of a step, whole and by springs, the share of each [`Phase`] in
-//! another run, the counts of a step, and its *bound*. The bound is the least time of the [kernels](bound) that the step counts. It
-//! follows from the speeds of this processor's arithmetic and caches, which the program measures
-//! first. Methods that are more than twice above their bound have a reason beside them. A last
-//! table compares the time of one hinge, one angle and one triangle in the air with that of a
-//! spring.
+//! another run, the counts of a step, and its *bound*. The bound is the least time of the
+//! [kernels](bound) that the step counts. It follows from the speeds of this processor's arithmetic
+//! and caches, which the program measures first. Methods that are more than twice above their bound
+//! have a reason beside them. A last table compares the time of one hinge, one angle and one
+//! triangle in the air with that of a spring.
 
 mod bound;
 mod elements;

@@ -7,7 +7,7 @@ use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
 use serde::de::DeserializeOwned;
 use std::path::Path;
-use trajectory::facts::{Facts, Row, Winner};
+use trajectory::facts::{Facts, Winner};
 
 /// A use and the method to take for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -441,7 +441,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
 
 /// The winner on a soft sheet.
 fn taught(results: &Path) -> Result<Answer, String> {
-    let facts = facts(results, "trajectory")?;
+    let facts: Facts = facts(results, "trajectory")?;
     let wins = wins(&facts, DAMPINGS[0], LEVEL);
     let lacks = |what: &str| {
         let record = results.join("trajectory.json");
@@ -461,11 +461,8 @@ fn taught(results: &Path) -> Result<Answer, String> {
     let near: Vec<_> = tied.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
     let more = tied.len().saturating_sub(SHOWN);
     let more = if more > 0 { format!(" +{more} more") } else { String::new() };
-    let is_its = |row: &&Row| row.scene == soft.scene && Some(&row.label) == soft.label.as_ref();
-    let row = facts.rows.iter().find(is_its);
-    let mut runs = row.into_iter().flat_map(|row| &row.runs);
-    let run = runs.find(|run| Some(run.value) == soft.value);
-    let step = run.and_then(|run| run.step_s).map(|step| format!(", step {:.0} ms", 1e3 * step));
+    let step = soft.run(&facts.rows).and_then(|run| run.step_s);
+    let step = step.map(|step| format!(", step {:.0} ms", 1e3 * step));
     let step = step.unwrap_or_default();
     let take = format!("`{}`{step}{}{more}", winning(soft), ties("tie", &near));
     let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, by modelled time";

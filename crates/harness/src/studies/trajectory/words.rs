@@ -276,16 +276,10 @@ fn slowest(facts: &Facts) -> Option<f64> {
 
 /// How often the winner takes the longest step that was tried.
 fn coarsest(facts: &Facts) -> Option<String> {
-    let step = |winner: &Winner| {
-        let row = facts
-            .rows
-            .iter()
-            .find(|row| row.scene == winner.scene && Some(&row.label) == winner.label.as_ref())?;
-        row.runs.iter().find(|run| Some(run.value) == winner.value)?.step_s
-    };
     let is_longest = |winner: &&Winner| {
         let scene = facts.scenes.iter().find(|scene| scene.id == winner.scene);
-        scene.zip(step(winner)).is_some_and(|(scene, step)| {
+        let step = winner.run(&facts.rows).and_then(|run| run.step_s);
+        scene.zip(step).is_some_and(|(scene, step)| {
             (step * f64::from(FEWEST) - scene.span_s).abs() <= 1e-9 * scene.span_s
         })
     };

@@ -298,6 +298,13 @@ pub(in crate::studies) enum Kind {
 }
 
 impl Winner {
+    /// The run that won, of the rows of its record; `None` if no run did.
+    pub fn run<'a>(&self, rows: &'a [Row]) -> Option<&'a Run> {
+        let is_its =
+            |row: &&Row| row.scene == self.scene && Some(&row.label) == self.label.as_ref();
+        rows.iter().find(is_its)?.runs.iter().find(|run| Some(run.value) == self.value)
+    }
+
     /// The kind that leads; `None` if no run reaches the error.
     pub(in crate::studies) fn kind(&self) -> Option<Kind> {
         let is_explicit = self.is_explicit?;

@@ -140,10 +140,11 @@ pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
 fn timing() -> String {
     format!(
         "One run at a time on one thread: the whole scene on up to {} particles, else its first \
-         {TIMED} frames, or its first tenth if that is more. The median of {REPETITIONS} repetitions counts; a run of more than \
-         {LONG_S} s is timed once. The time is the processor time in the calls of the method if \
-         the system reports it, else the wall time; other programs disturb processor time less. \
-         {} Only runs that neither gain energy nor stand still are timed. The time excludes set-up.",
+         {TIMED} frames, or its first tenth if that is more. The median of {REPETITIONS} \
+         repetitions counts; a run of more than {LONG_S} s is timed once. The time is the \
+         processor time in the calls of the method if the system reports it, else the wall time; \
+         other programs disturb processor time less. {} Only runs that neither gain energy nor \
+         stand still are timed. The time excludes set-up.",
         TIMED_WHOLE * TIMED_WHOLE,
         about_probe()
     )

@@ -36,14 +36,14 @@ pub(super) fn method() -> String {
          as a mean over these times. Energy: the energy at the end beyond the true one, over the \
          energy that the scene sets free. Motion kept is the path of the middle of the free edge \
          over the true path. Every method runs in all forms of `work-precision`, except that \
-         `rkc` refuses sheets without damping. They take steps T/2ʲ, from T/8 or the limit of stability on, until the trajectory errs by \
-         less than {} or by less than the noise, or until the visits of a run, all at the least \
-         price of its form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the \
-         runs, as in `work-precision`; a method that takes \
-         less than {LEAD} times as long as the winner ties with it. An error ranks only if it is at \
-         least twice the noise. A run may win only if it keeps at least half of the motion and its \
-         energy at the end exceeds the true one by at most {} % of the energy that the scene sets \
-         free, or by twice the noise of the energy.",
+         `rkc` refuses sheets without damping. They take steps T/2ʲ, from T/8 or the limit of \
+         stability on, until the trajectory errs by less than {} or by less than the noise, or \
+         until the visits of a run, all at the least price of its form, take more than {BUDGET_S} \
+         s of modelled time. Modelled time ranks the runs, as in `work-precision`; a method that \
+         takes less than {LEAD} times as long as the winner ties with it. An error ranks only if \
+         it is at least twice the noise. A run may win only if it keeps at least half of the \
+         motion and its energy at the end exceeds the true one by at most {} % of the energy that \
+         the scene sets free, or by twice the noise of the energy.",
         LEVELS[2],
         100.0 * STABLE
     )
