@@ -105,10 +105,12 @@ impl ImplicitStage {
         clock.switch(Phase::Contact);
         let Stage { tau, end, from, velocity, .. } = stage;
         contacts.detect(system, from.0, velocity, (tau.x, end), constraints);
+        let start = Some(start);
         self.solve_constrained(system, stage, start, contacts, constraints, settings, clock, report)
     }
 
-    /// As [`solve`](Self::solve), but with contacts that are already detected.
+    /// As [`solve`](Self::solve), but with contacts that are already detected. Without a `start` it
+    /// starts from `stage.velocity`, whatever its potential.
     ///
     /// # Errors
     /// As [`Newton::minimise`].
@@ -117,7 +119,7 @@ impl ImplicitStage {
         &mut self,
         system: &System,
         stage: Stage<'_>,
-        start: &[Vec3],
+        start: Option<&[Vec3]>,
         contacts: &mut ContactSet,
         constraints: &mut Constraints,
         settings: StageSettings,
@@ -139,10 +141,14 @@ impl ImplicitStage {
         };
         velocity.copy_from_slice(v_n);
         contacts.solve(system, constraints, impulse, |constraints, wanted| {
-            if newton.is_auto() {
-                potential.choose_start_by_residual(system, constraints, velocity, start);
-            } else {
-                potential.choose_start(system, constraints, velocity, &[start], true);
+            match start {
+                Some(start) if newton.is_auto() => {
+                    potential.choose_start_by_residual(system, constraints, velocity, start);
+                }
+                Some(start) => {
+                    potential.choose_start(system, constraints, velocity, &[start], true);
+                }
+                None => constraints.impose(velocity),
             }
             *report += newton.minimise(system, potential, constraints, velocity, &settings)?;
             wanted.fill(velocity, |impulse| {
@@ -314,7 +320,16 @@ mod tests {
         let (none, constraints, report) = (&mut none, &mut constraints, &mut report);
         let input = levels.stage();
         stage
-            .solve_constrained(&system, input, start, none, constraints, settings, clock, report)
+            .solve_constrained(
+                &system,
+                input,
+                Some(start),
+                none,
+                constraints,
+                settings,
+                clock,
+                report,
+            )
             .expect("finite");
         assert!((stage.velocity()[1] - velocity).norm() > 0.1, "{:?}", stage.velocity()[1]);
         assert_ne!(stage.velocity()[0], Vec3::zeros(), "no constraint, no pin");

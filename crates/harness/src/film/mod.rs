@@ -96,6 +96,33 @@ impl Camera {
         Ok((outcome, eye.borrow_mut().close()))
     }
 
+    /// As [`glance`](Self::glance), for steps that last `frames` frames each. Between the ends of a
+    /// step the motion is the cubic through its states (Hermite, of third order).
+    pub(crate) fn glance_within<'a>(
+        &'a self,
+        runner: Runner<'a>,
+        simulation: &mut Simulation,
+        frames: u32,
+    ) -> Result<(Outcome, Seen), HarnessError> {
+        let eye = Rc::new(RefCell::new(Eye::new(self, &simulation.state.x)));
+        let kept = Rc::clone(&eye);
+        let mut from = simulation.state.clone();
+        let runner = runner.observe(move |moment: &Moment<'_>| {
+            let moving = moment.moving();
+            let to = moving.state();
+            for frame in 1..=frames {
+                let state = between(&from, &to, moment.h, f64::from(frame) / f64::from(frames));
+                let kinetic = || moment.system.kinetic_energy(&moment.numbering.apply(&state.v));
+                let before = (moment.step - 1) * u64::from(frames);
+                kept.borrow_mut().look(before + u64::from(frame), &state.x, kinetic);
+            }
+            from = to.into_owned();
+        });
+        let outcome = runner.go(simulation)?;
+        let seen = eye.borrow_mut().close();
+        Ok((outcome, seen))
+    }
+
     /// The film of a motion that starts at `first`, m, and has these states at the ends of its
     /// frames.
     pub(crate) fn look_at(&self, system: &System, first: &[Vec3], states: &[State]) -> Seen {
@@ -187,6 +214,24 @@ impl<'a> Eye<'a> {
     }
 }
 
+/// The state at the share `s` of a step of `h` seconds, by the cubic through the states at its ends.
+fn between(from: &State, to: &State, h: f64, s: f64) -> State {
+    let cubic = |a: &Vec3, va: &Vec3, b: &Vec3, vb: &Vec3| {
+        // The straight line, and what bends it: both ends keep their velocities.
+        let way = b - a;
+        a + way * s + ((va * h - way) * (1.0 - s) - (vb * h - way) * s) * (s * (1.0 - s))
+    };
+    let slope = |a: &Vec3, va: &Vec3, b: &Vec3, vb: &Vec3| {
+        let way = (b - a) / h;
+        way + (va - way) * ((1.0 - s) * (1.0 - 3.0 * s)) - (vb - way) * (s * (2.0 - 3.0 * s))
+    };
+    let all = |f: &dyn Fn(&Vec3, &Vec3, &Vec3, &Vec3) -> Vec3| {
+        let starts = from.x.iter().zip(&from.v);
+        starts.zip(to.x.iter().zip(&to.v)).map(|((a, va), (b, vb))| f(a, va, b, vb)).collect()
+    };
+    State { t: from.t + s * h, x: all(&cubic), v: all(&slope) }
+}
+
 /// Root of the mean square distance of the particles at one look, m.
 pub(crate) fn look_apart(a: &Look, b: &Look) -> f64 {
     mean(a.x.iter().zip(&b.x).map(|(a, b)| (a - b).norm_squared())).sqrt()
@@ -201,6 +246,22 @@ pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A cubic motion is met at every share of a step, with its velocity.
+    #[test]
+    fn a_cubic_motion_is_met_within_a_step() {
+        let at = |t: f64| {
+            let x = Vec3::new(1.0 + 2.0 * t, 3.0 * t * t - t, t * t * t - 0.5 * t * t);
+            let v = Vec3::new(2.0, 6.0 * t - 1.0, 3.0 * t * t - t);
+            State { t, x: vec![x], v: vec![v] }
+        };
+        let (t, h) = (0.2, 0.7);
+        for s in [0.0, 0.25, 0.5, 0.9, 1.0] {
+            let (seen, meant) = (between(&at(t), &at(t + h), h, s), at(t + s * h));
+            assert!((seen.x[0] - meant.x[0]).norm() < 1e-14, "{s}: {seen:?} {meant:?}");
+            assert!((seen.v[0] - meant.v[0]).norm() < 1e-13, "{s}: {seen:?} {meant:?}");
+        }
+    }
 
     #[test]
     fn the_path_of_a_film_is_the_mean_of_those_of_the_tracked_particles() {

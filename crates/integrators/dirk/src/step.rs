@@ -114,7 +114,7 @@ impl Workspace {
         stage.solve_constrained(
             system,
             input,
-            &ahead.1,
+            Some(&ahead.1),
             contacts,
             constraints,
             how,

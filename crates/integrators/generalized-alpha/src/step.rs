@@ -67,7 +67,7 @@ impl Scheme for Workspace {
         stage.solve_constrained(
             system,
             input,
-            &ahead.1,
+            Some(&ahead.1),
             contacts,
             constraints,
             settings.stage,

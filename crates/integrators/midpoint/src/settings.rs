@@ -1,7 +1,8 @@
 //! Description and settings of the method.
 
 use drape_integrator::{
-    Declares, Method, Order, Quantity, StabilityClass, StageSettings, Supports, TOLERANCE, settings,
+    Declares, Method, Order, Quantity, StabilityClass, StageSettings, Start, Supports, TOLERANCE,
+    settings,
 };
 
 /// Implicit midpoint.
@@ -24,6 +25,8 @@ settings! {
     pub struct MidpointSettings for MIDPOINT {
         /// how Newton's method solves and when it stops
         stage: StageSettings,
+        /// start value of Newton's method; best: the one with the lowest potential
+        start: Start [Last, Best] = Best,
         /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,
     }

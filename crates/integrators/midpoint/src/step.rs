@@ -3,7 +3,8 @@
 use crate::settings::{MIDPOINT, MidpointSettings};
 use drape_integrator::{
     ContactSet, EnergyLedger, ImplicitStage, Method, MultistepMotion, Phase, PhaseClock, Predictor,
-    PrepareError, Registration, Rewind, Scheme, Stage, StepError, StepReport, Stepper, Taken,
+    PrepareError, Registration, Rewind, Scheme, Stage, Start, StepError, StepReport, Stepper,
+    Taken,
 };
 use drape_model::{Level, State, System, Vec3};
 use drape_solvers::Constraints;
@@ -74,11 +75,12 @@ impl Scheme for Workspace {
         let (tau, end) = (half.into(), state.t + half);
         let input = Stage { tau, end, from, lagged, velocity: &state.v };
         let how = settings.stage;
+        let start = (settings.start == Start::Best).then_some(&v_hat[..]);
         // M (w − v_n) = h/2 f(x_n + h/2 w, w), (1)
         stage.solve_constrained(
             system,
             input,
-            v_hat,
+            start,
             contacts,
             constraints,
             how,

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 /// Levels of error at which winners are named.
 pub(super) const LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
 
+/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
+pub const FEWEST: u32 = 1;
+
 /// All scenes and methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

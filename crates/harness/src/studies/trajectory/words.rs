@@ -2,7 +2,6 @@
 
 use super::facts::{Beside, Facts, HALF, Kind, LEAD, Row, Run, Scene, Winner, saved, tally};
 use crate::studies::names;
-use crate::studies::work_precision::facts::FEWEST;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
 
@@ -274,21 +273,20 @@ fn slowest(facts: &Facts) -> Option<f64> {
     named.filter_map(|winner| winner.modelled_s).reduce(f64::max)
 }
 
-/// How often the winner takes the longest step that was tried.
+/// How often the winner takes the longest step that there is.
 fn coarsest(facts: &Facts) -> Option<String> {
-    let is_longest = |winner: &&Winner| {
+    let is_one = |winner: &&Winner| {
         let scene = facts.scenes.iter().find(|scene| scene.id == winner.scene);
         let step = winner.run(&facts.rows).and_then(|run| run.step_s);
-        scene.zip(step).is_some_and(|(scene, step)| {
-            (step * f64::from(FEWEST) - scene.span_s).abs() <= 1e-9 * scene.span_s
-        })
+        scene.zip(step).is_some_and(|(scene, step)| step > 0.999 * scene.span_s)
     };
     let ranked = || facts.winners.iter().filter(|winner| winner.label.is_some());
-    let count = ranked().filter(is_longest).count();
+    let count = ranked().filter(is_one).count();
+    let span = facts.scenes.first()?.span_s;
     (count > 0).then(|| {
         format!(
-            "{count} of {} winners take the longest step of the study, a run in {FEWEST} steps; their \
-             errors may be far smaller than asked for, and longer steps might be cheaper still.",
+            "{count} of {} winners take a single step of {span} s, the longest that there is: \
+             their errors may be far smaller than asked for.",
             ranked().count()
         )
     })

@@ -6,7 +6,8 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
+/// Number of steps of the coarsest run of a method whose step stiffness does not limit. With fewer
+/// steps a solver may take more work than with more.
 pub const FEWEST: u32 = 8;
 /// Series of scenes in which the stiffness varies.
 pub const STIFFNESS: &str = "stiffness";

@@ -133,7 +133,7 @@ impl BdfWorkspace {
         self.stage.solve_constrained(
             system,
             stage,
-            start,
+            Some(start),
             contacts,
             constraints,
             settings,

@@ -1,7 +1,7 @@
 //! The scenes: one sheet at every stiffness and damping.
 
 use crate::HarnessError;
-use crate::studies::trajectory::facts::{LEVELS, Scene};
+use crate::studies::trajectory::facts::{FEWEST, LEVELS, Scene};
 use crate::studies::work_precision::run::scenes::{Case as Sheet, Setting, Shape};
 use crate::studies::work_precision::run::truth::PERTURBED;
 use drape_model::SystemSpec;
@@ -110,6 +110,7 @@ impl Stage {
         // A smaller error is below the noise, or below every level.
         setting.enough = LEVELS.into_iter().fold(1.0, f64::min).max(noise.error);
         setting.most_s = BUDGET_S;
+        setting.fewest = FEWEST;
         let sheet = &mut setting.scene;
         sheet.id = case.id();
         let scene = Scene {

@@ -35,8 +35,8 @@ fn row(scene: &Scene, label: &str, modelled_s: f64, error: f64, energy: f64) -> 
     let beside =
         Beside { shape_m: 0.1 * error, strain: -0.5 * error, energy, retained: 1.0 - error };
     let run = Run {
-        value: 8.0,
-        step_s: Some(0.25 / 8.0),
+        value: 1.0,
+        step_s: Some(0.25),
         verdict: Verdict::Completed,
         error: Some(error),
         beside: Some(beside),
@@ -137,7 +137,7 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
                 method gets there within its budget.";
     assert!(words(&missed).conclusion.contains(told), "{:?}", words(&missed));
     assert!(said.caveats[0].contains("1 of 4 winners lead by less"), "{:?}", said.caveats);
-    let longest = "4 of 4 winners take the longest step of the study, a run in 8 steps;";
+    let longest = "4 of 4 winners take a single step of 0.25 s, the longest that there is:";
     assert!(said.caveats.iter().any(|text| text.starts_with(longest)), "{:?}", said.caveats);
 }
 

@@ -41,6 +41,13 @@ fn expected(runs: &[Run]) -> f64 {
     last.effort * LEAST_GROWTH.max(SAME_GROWTH * growth.min(2.0))
 }
 
+/// The runs whose work tells what finer runs will take: those with at least [`FEWEST`] steps.
+fn usual<'a>(variant: &Variant, runs: &'a [Run]) -> &'a [Run] {
+    let is_usual = |run: &Run| variant.knob != Knob::Steps || run.value >= f64::from(FEWEST);
+    let first = runs.iter().position(is_usual).unwrap_or(runs.len());
+    &runs[first..]
+}
+
 /// A run with the time it took.
 pub(super) struct Timed {
     pub(super) run: Run,
@@ -92,8 +99,10 @@ impl Setting {
     ) -> Result<Row, HarnessError> {
         runs.pop_if(|run| run.verdict == Verdict::OverBudget);
         for value in self.values(variant).into_iter().skip(runs.len()) {
+            // In a very long step a solver may take more work than in several shorter ones.
+            let is_long = variant.knob == Knob::Steps && value < f64::from(FEWEST);
             // A run that is not expected to fit its budget is recorded, but not begun.
-            let expected = expected(&runs);
+            let expected = if is_long { 0.0 } else { expected(usual(variant, &runs)) };
             if limit.is_some_and(|limit| expected > limit) {
                 break;
             }
@@ -104,7 +113,7 @@ impl Setting {
             };
             let is_enough =
                 run.flaw.is_none() && run.error.is_some_and(|error| error < self.enough);
-            let is_last = run.verdict == Verdict::OverBudget || is_enough;
+            let is_last = (run.verdict == Verdict::OverBudget && !is_long) || is_enough;
             runs.push(run);
             if is_last {
                 break;
@@ -129,9 +138,9 @@ impl Setting {
                     // The largest power of two with unstable steps, judged by the fastest undamped
                     // oscillation.
                     let limit = 0.5 * SPAN * self.scene.greatest_frequency_per_s;
-                    ((limit as u32 + 1).next_power_of_two() / 2).max(FEWEST)
+                    ((limit as u32 + 1).next_power_of_two() / 2).max(self.fewest)
                 } else {
-                    FEWEST
+                    self.fewest
                 };
                 let doubled = std::iter::successors(Some(first), |steps| Some(2 * steps));
                 doubled.take_while(|steps| *steps <= MOST).map(f64::from).collect()

@@ -4,7 +4,9 @@ use super::runs::KeptRuns;
 use super::truth::Truth;
 use crate::run::Simulation;
 use crate::studies::sheet::{GRAVITY, Sheet};
-use crate::studies::work_precision::facts::{FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene};
+use crate::studies::work_precision::facts::{
+    FEWEST, FIXED_MATERIAL, FIXED_QUOTIENT, STIFFNESS, Scene,
+};
 use crate::{HarnessError, system_hash};
 use drape_model::{DampingLaw, PinSpec, State, System, SystemSpec, Vec3};
 use drape_oracle::adaptive::AdaptiveSettings;
@@ -232,6 +234,9 @@ pub(in crate::studies) struct Setting {
     pub(in crate::studies) simulation: Simulation,
     /// No finer run is made after one with a smaller error than this.
     pub(in crate::studies) enough: f64,
+    /// Number of steps of the coarsest run of a method whose step stiffness does not limit: a power
+    /// of two.
+    pub(in crate::studies) fewest: u32,
     /// Modelled time that a run may take, s, beside the budget of the scene: it ends at the visits
     /// that take at least this time at its prices.
     pub(in crate::studies) most_s: f64,
@@ -290,6 +295,7 @@ impl Setting {
             case: case.clone(),
             simulation,
             enough: ENOUGH,
+            fewest: FEWEST,
             most_s: f64::INFINITY,
             exact: tight.x,
             hash,

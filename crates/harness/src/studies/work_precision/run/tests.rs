@@ -4,9 +4,11 @@ use super::scenes::{Case, Setting, Shape, normal};
 use super::*;
 use crate::cost::prices;
 use crate::methods;
+use crate::methods::runs::work;
 use crate::studies::work_precision::facts::{Beside, Flaw};
 use drape_model::Vec3;
 use drape_report::Record;
+use drape_report::number::significant;
 use variants::{DOP853, Knob, Variant};
 
 /// A small and soft scene of the star.
@@ -100,6 +102,19 @@ fn what_would_go_over_the_budget_ends_the_row_with_that_verdict() {
             "{label}"
         );
         assert!(!others.is_empty(), "{label}");
+    }
+}
+
+/// Very long steps may take more work than shorter ones, so none of them ends a row.
+#[test]
+fn a_very_long_step_over_the_budget_does_not_end_the_row() {
+    for label in ["imex-euler", "backward-euler"] {
+        let mut setting = small(Shape::Hanging, 10.0);
+        setting.fewest = 1;
+        let runs = setting.row(variant(label), None).expect("runs").runs;
+        assert!(runs.iter().all(|run| run.verdict == Verdict::OverBudget), "{label}");
+        let values: Vec<f64> = runs.iter().map(|run| run.value).collect();
+        assert_eq!(values, [1.0, 2.0, 4.0, 8.0], "{label}");
     }
 }
 
@@ -340,4 +355,47 @@ fn the_committed_record_has_the_prices_of_the_source() {
         price.ns_a_visit[0] += 1.0;
     }
     assert!(repriced(facts.clone(), &dearer) != facts);
+}
+
+/// Forms with one linear solve a step, at their longest step with an error of at most a level. Each is
+/// a row of the table in the methodology: scene, form, steps, error, CG iterations, and the visits
+/// of springs over those of the longest step of symplectic Euler with that error.
+#[test]
+fn the_forms_with_one_solve_a_step_are_as_good_as_the_docs_say() {
+    const BDF2: &str = "bdf2:residual=1e-2,solver=cg,max_iterations=1";
+    const FROM_LAST: &str = "midpoint:max_iterations=1,solver=cg,cg_tolerance=0.02,start=last";
+    const MIDPOINT: &str = "midpoint:max_iterations=1,solver=cg,cg_tolerance=0.02";
+    let docs =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../drape/docs/methodology.md");
+    let docs = std::fs::read_to_string(docs).expect("the methodology");
+    let row = |is_heavy: bool, stiffness: f64, method: &'static str, steps: f64| {
+        let case = cases().into_iter().find(|case| {
+            (case.shape, case.is_heavy, case.stiffness) == (Shape::Hanging, is_heavy, stiffness)
+        });
+        let setting = Setting::beside_noise(&case.expect("a scene")).expect("a valid scene");
+        let run = |form: &Variant, steps: f64| setting.run(form, steps).expect("a run").run;
+        let own = run(&work::main("one solve", method), steps);
+        let explicit = variant("symplectic-euler");
+        let good = |run: &Run| run.error.is_some_and(|error| error < 1e-2);
+        let values = (8..14).map(|power| run(explicit, f64::from(1 << power)));
+        let best = values.into_iter().find(good).expect("a good run");
+        let damping = if is_heavy { "heavy" } else { "light" };
+        format!(
+            "| {damping}, 1e{} | `{method}` | {steps} | {} % | {} | {:.2} |",
+            stiffness.log10(),
+            significant(100.0 * own.error.expect("an error"), 2),
+            own.cg_iterations,
+            own.effort / best.effort
+        )
+    };
+    let rows = [
+        row(false, 1e6, BDF2, 32.0),
+        row(false, 1e8, BDF2, 128.0),
+        row(false, 1e8, BDF2, 256.0),
+        row(true, 1e6, BDF2, 16.0),
+        row(false, 1e6, FROM_LAST, 16.0),
+        row(false, 1e6, MIDPOINT, 16.0),
+    ];
+    let missing: Vec<&String> = rows.iter().filter(|row| !docs.contains(*row)).collect();
+    assert!(missing.is_empty(), "the methodology lacks {missing:#?}");
 }

@@ -172,7 +172,12 @@ impl Truth {
         simulation: &mut Simulation,
         steps: f64,
     ) -> Result<(Outcome, Seen), HarnessError> {
-        self.camera.glance(runner, simulation, steps as u32 / FRAMES)
+        let steps = steps as u32;
+        if steps < FRAMES {
+            self.camera.glance_within(runner, simulation, FRAMES / steps)
+        } else {
+            self.camera.glance(runner, simulation, steps / FRAMES)
+        }
     }
 
     /// The film of DOP853 at a tolerance; `None` if it does not get to the
