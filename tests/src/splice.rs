@@ -4,11 +4,13 @@
 //! between the marks by the fact of that name ([`facts`]). Markdown shows neither mark.
 
 use drape_harness::claims::{Standing, standing};
+use drape_harness::cost::{other_prices, prices};
 use drape_harness::methods;
 use drape_harness::studies::claims::facts::Row;
 use drape_harness::studies::regret::facts as regret;
 use drape_harness::studies::rest::facts as rest;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
+use drape_harness::studies::trajectory::{Agreement, by_other_prices, without_longer_steps};
 use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, Use, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
 use drape_report::number::median;
@@ -131,6 +133,11 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
             ),
         ),
         ("rest-modelled", rest_modelled(results)?),
+        ("other-prices", agreement(by_other_prices(&motions, other_prices()))),
+        ("eight-steps", agreement(without_longer_steps(&motions, 8))),
+        ("untested-prices", untested_prices(&motions)),
+        ("light-prices", light_prices(&motions, &rows(results, "work-precision", "/facts/rows")?)),
+        ("large-cloth", uses::on_large_cloth(results)?),
         ("over-model", over_model(&uses::timings::<regret::TimingRow>(results, "regret")?)?),
         ("uses", uses(results)?),
         ("uses-short", uses_in_short(results)?),
@@ -175,6 +182,69 @@ fn rest_modelled(results: &Path) -> Result<String, String> {
          timed runs lie within 25 %",
         ratios.len()
     ))
+}
+
+/// How far the winners of `trajectory` agree with those of a ranking by other rules.
+fn agreement(agreement: Agreement) -> String {
+    let Agreement { winners, same, tied } = agreement;
+    format!(
+        "{same} of the {winners} winners of `trajectory` are the same method, and {tied} of the other \
+         {} are methods that tie with the winner here",
+        winners - same
+    )
+}
+
+/// The form of a winner.
+fn form_of<'a>(motions: &'a Facts, winner: &Winner) -> Option<&'a str> {
+    let row = motions.rows.iter().find(|row| Some(&row.label) == winner.label.as_ref())?;
+    Some(row.method.as_str())
+}
+
+/// Winners on damped sheets whose prices were not tested by leaving out runs: the forms, with their
+/// places.
+fn untested_prices(motions: &Facts) -> String {
+    let mut forms = BTreeMap::new();
+    let damped = |winner: &&Winner| {
+        motions.scenes.iter().any(|scene| scene.id == winner.scene && scene.is_damped())
+    };
+    for winner in motions.winners.iter().filter(damped) {
+        let form = form_of(motions, winner);
+        if let Some(form) =
+            form.filter(|form| prices().own(form).is_none_or(|price| price.left_out.is_none()))
+        {
+            *forms.entry(form).or_insert(0) += 1;
+        }
+    }
+    let told = forms.iter().map(|(form, places)| format!("`{form}` ({places})"));
+    let told: Vec<String> = told.collect();
+    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
+}
+
+/// Winners on damped sheets whose prices rest on sheets with light damping alone: the forms, with
+/// their sheets. `runs` are the rows of `work-precision`.
+fn light_prices(motions: &Facts, runs: &[Value]) -> String {
+    let is_light = |label: &str| {
+        let own = || runs.iter().filter(|row| row["label"] == label);
+        let is_base = |row: &Value| {
+            row["scene"].as_str().is_some_and(|scene| scene.starts_with("hanging light"))
+        };
+        own().next().is_some() && own().all(is_base)
+    };
+    let mut forms: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for winner in &motions.winners {
+        let scene = motions.scenes.iter().find(|scene| scene.id == winner.scene);
+        let is_damped = scene.is_some_and(|scene| scene.is_damped());
+        let label = winner.label.as_deref().filter(|label| is_damped && is_light(label));
+        if let Some((form, _)) = form_of(motions, winner).zip(label) {
+            forms.entry(form).or_default().insert(&winner.scene);
+        }
+    }
+    let told = forms.iter().map(|(form, scenes)| {
+        let scenes: Vec<&str> = scenes.iter().copied().collect();
+        format!("`{form}` ({})", scenes.join("; "))
+    });
+    let told: Vec<String> = told.collect();
+    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
 }
 
 /// Measured over modelled times on the scenes of `regret`: the range on all scenes but the worst,

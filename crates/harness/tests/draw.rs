@@ -239,7 +239,7 @@ fn figures_name_axes_units_and_every_curve() {
         expect(file, &[front, error, effort]);
     }
     expect("work-precision-effort.svg", &["Explicit, k/m = 10⁴ s⁻²", "Explicit, k/m = 10⁶ s⁻²"]);
-    expect("work-precision-stiff.svg", &["Other methods, k/m = 10¹⁰ s⁻²"]);
+    expect("work-precision-stiff.svg", &["Local solves, filters, other, k/m = 10¹⁰ s⁻²"]);
     expect("work-precision-heavy.svg", &["k/m = 10⁸ s⁻², 400 particles"]);
     expect("work-precision-size.svg", &["1600 particles, material fixed, k/m = 40000 s⁻²"]);
     expect("work-precision-map.svg", &["hanging, light, 10 %", "leapfrog =", "imex-updated"]);

@@ -64,6 +64,8 @@ impl Kin {
 
 /// The members of a family that a record has.
 pub struct Family<'a> {
+    /// The panel.
+    pub kin: Kin,
     /// Title of the panel.
     pub title: &'static str,
     /// Labels of its curves, in the record's order, each with the look of its method.
@@ -86,7 +88,7 @@ pub fn families<'a>(rows: impl Iterator<Item = (Kin, usize, &'a str)>) -> Vec<Fa
     Kin::ALL
         .into_iter()
         .zip(labels)
-        .map(|(kin, members)| Family { title: kin.title(), members })
+        .map(|(kin, members)| Family { kin, title: kin.title(), members })
         .filter(|family| !family.members.is_empty())
         .collect()
 }

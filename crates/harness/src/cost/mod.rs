@@ -151,6 +151,19 @@ pub struct Prices {
 static PRICES: LazyLock<Prices> =
     LazyLock::new(|| serde_json::from_str(include_str!("prices.json")).expect("a valid table"));
 
+/// Prices of the same forms on a processor of another maker.
+#[allow(clippy::expect_used, reason = "a test reads the same text")]
+static OTHER_PRICES: LazyLock<Prices> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("prices-epyc.json")).expect("a valid table")
+});
+
+/// Prices that were measured on a processor of another maker. They show which answers depend on the
+/// machine of the [prices](prices()).
+#[must_use]
+pub fn other_prices() -> &'static Prices {
+    &OTHER_PRICES
+}
+
 /// The prices by which runs are ranked.
 #[must_use]
 pub fn prices() -> &'static Prices {

@@ -623,7 +623,7 @@ impl Legend {
                 }
                 Key::Fill(fill) => draw_fill(root, (from.0, y - 9), (to.0, y + 9), fill)?,
                 Key::State(state) => {
-                    draw_marker(root, middle, Look::number(0).in_ink(), state, MARKER)?;
+                    draw_marker(root, middle, Look::of_method(0, 0).in_ink(), state, MARKER)?;
                 }
             }
             root.draw_text(label, &plain(HPos::Left, VPos::Center), (left + Self::SYMBOL, y))?;

@@ -40,8 +40,9 @@ const TONES: [f64; 7] = [0.0, 0.5, 0.25, 0.62, 0.38, 0.56, 0.13];
 /// A colour of more than this weighted sum of its parts (2 : 5 : 1, of 255 each) is light.
 const LIGHT: u32 = 1100;
 
-/// Outlines of the markers, in tenths of half their size.
-const MARKERS: [&[(i32, i32)]; 7] = [
+/// Outlines of the markers, in tenths of half their size: [`KINDS`] for methods, then as many for
+/// all else.
+const MARKERS: [&[(i32, i32)]; 2 * KINDS] = [
     // Disc (a dodecagon).
     &[
         (10, 0),
@@ -69,7 +70,36 @@ const MARKERS: [&[(i32, i32)]; 7] = [
     &[(-5, -13), (5, -13), (5, 13), (-5, 13)],
     // Flat bar.
     &[(-13, -5), (13, -5), (13, 5), (-13, 5)],
+    // Plus.
+    &[
+        (-4, -12),
+        (4, -12),
+        (4, -4),
+        (12, -4),
+        (12, 4),
+        (4, 4),
+        (4, 12),
+        (-4, 12),
+        (-4, 4),
+        (-12, 4),
+        (-12, -4),
+        (-4, -4),
+    ],
+    // Bow tie.
+    &[(-12, -11), (0, -3), (12, -11), (12, 11), (0, 3), (-12, 11)],
+    // Triangle, point to the left.
+    &[(-12, 0), (9, -11), (9, 11)],
+    // Star.
+    &[(0, -15), (4, -4), (15, 0), (4, 4), (0, 15), (-4, 4), (-15, 0), (-4, -4)],
+    // Triangle, point to the right.
+    &[(12, 0), (-9, -11), (-9, 11)],
+    // Hourglass.
+    &[(-11, -12), (11, -12), (3, 0), (11, 12), (-11, 12), (-3, 0)],
+    // Half a disc.
+    &[(-13, 7), (-13, 3), (-10, -4), (-5, -8), (0, -9), (5, -8), (10, -4), (13, 3), (13, 7)],
 ];
+/// Number of colours, markers and dashes.
+const KINDS: usize = 7;
 
 /// Inside of the markers of the forms of a method: nothing, a spot, strokes.
 const INLAYS: [&[[(i32, i32); 2]]; 7] = [
@@ -99,14 +129,17 @@ impl Look {
     /// A grey line, for curves that are there to be seen, and not to be told apart.
     pub const GREY: Self = Self { colour: GREY, tone: 0, shape: 0, line: 0 };
 
-    /// The n-th look. For n < 7 colour, marker and dashes are all distinct.
+    /// The n-th look of what is no method, such as a parameter or a phase. For n < 7 colour, marker
+    /// and dashes are all distinct. No method has its marker.
     pub const fn number(n: usize) -> Self {
         Self::pair(n, n)
     }
 
-    /// The n-th look of a family: for n < 7 and up to 49 families no two looks are the same.
+    /// The n-th look of a family: for n < 7 and up to 49 families no two looks are the same. No
+    /// method has its marker.
     pub const fn of_family(n: usize, family: usize) -> Self {
-        Self { colour: n % 7, tone: 0, shape: (n + family) % 7, line: (n + family / 7) % 7 }
+        let shape = KINDS + (n + family) % KINDS;
+        Self { colour: n % KINDS, tone: 0, shape, line: (n + family / KINDS) % KINDS }
     }
 
     /// The look of a method by its place in the registry: no two of 49 have both colour and marker
@@ -121,15 +154,15 @@ impl Look {
         }
     }
 
-    /// The same colour with another marker, for forms of a method without lines.
+    /// The same colour with a marker that no method has, for forms of a method without lines.
     #[must_use]
     pub const fn shifted(self, by: usize) -> Self {
-        Self { shape: (self.shape + by) % 7, ..self }
+        Self { shape: KINDS + (self.shape + by) % KINDS, ..self }
     }
 
-    /// Colour and dashes for one property, marker for another.
+    /// Colour and dashes for one property, marker for another. No method has its marker.
     pub const fn pair(line: usize, shape: usize) -> Self {
-        Self { colour: line % 7, tone: 0, shape: shape % 7, line: line % 7 }
+        Self { colour: line % KINDS, tone: 0, shape: KINDS + shape % KINDS, line: line % KINDS }
     }
 
     /// The same shape in black, for entries of the legend that hold for all series.
@@ -248,6 +281,26 @@ mod tests {
                 assert!(tones[..n].iter().all(|other| apart(other) >= 15), "{place}: {tones:?}");
                 assert!(apart(&WHITE_PAPER) >= 120, "{place}: {tone:?}");
             }
+        }
+    }
+
+    /// A marker of a parameter, a phase or a family is never mistaken for that of a method.
+    #[test]
+    fn what_is_no_method_has_other_markers() {
+        let methods: Vec<_> = (0..49).map(|place| Look::of_method(place, 0).shape).collect();
+        for n in 0..49 {
+            let others = [
+                Look::number(n),
+                Look::pair(n, n / 7),
+                Look::of_family(n, n / 7),
+                Look::of_method(n, 1).shifted(1),
+            ];
+            for other in others {
+                assert!(!methods.contains(&other.shape), "{n}: {other:?}");
+            }
+        }
+        for (n, marker) in MARKERS.iter().enumerate() {
+            assert!(!MARKERS[..n].contains(marker), "{n}");
         }
     }
 

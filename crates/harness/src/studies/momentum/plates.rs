@@ -106,7 +106,7 @@ fn drift(input: &Input) -> Option<Sheet> {
     dots(input, &scenes, |row| row.momentum_drift, axis)
 }
 
-/// A family has no panel if all its curves stay this near to 1.
+/// A method has no curve if its curves stay this near to 1 on all sheets.
 const STEADY: f64 = 0.05;
 
 fn spin(input: &Input) -> Option<Sheet> {
@@ -115,44 +115,40 @@ fn spin(input: &Input) -> Option<Sheet> {
     let rows = || scenes.iter().flat_map(|scene| rows_of(input, scene));
     let times: Vec<f64> = scenes.iter().flat_map(|scene| &scene.time_s).copied().collect();
     let values: Vec<f64> = rows().flat_map(|row| &row.spin).copied().chain([0.0]).collect();
-    let (mut panels, mut steady) = (Vec::new(), Vec::new());
+    let row_of = |scene: &Scene, label: &str| rows_of(input, scene).find(|row| row.label == label);
+    // A run that ended early is drawn, so that the figure shows where it ended.
+    let is_steady = |label: &str| {
+        scenes.iter().filter_map(|scene| Some((scene, row_of(scene, label)?))).all(
+            |(scene, row)| {
+                row.spin.len() == scene.time_s.len()
+                    && row.spin.iter().all(|spin| libm::fabs(spin - 1.0) <= STEADY)
+            },
+        )
+    };
+    let (mut panels, mut left_out) = (Vec::new(), 0);
     for family in families(rows().map(identity)) {
-        let is_its = |row: &&Row| family.members.iter().any(|(label, _)| *label == row.label);
-        // A run that ended early is drawn, so that the figure shows where it ended.
-        let is_whole = scenes.iter().all(|scene| {
-            let mut own = rows_of(input, scene).filter(is_its);
-            own.all(|row| row.spin.len() == scene.time_s.len())
-        });
-        let mut spins = rows().filter(is_its).flat_map(|row| &row.spin);
-        if is_whole && spins.all(|spin| libm::fabs(spin - 1.0) <= STEADY) {
-            steady.push(family.title.to_lowercase());
-            continue;
-        }
-        for scene in &scenes {
+        let (steady, drawn): (Vec<_>, Vec<_>) =
+            family.members.iter().partition(|(label, _)| is_steady(label));
+        left_out += steady.len();
+        for scene in scenes.iter().filter(|_| !drawn.is_empty()) {
             let stiffness = power(scene.stiffness_over_mass_per_s2);
             let mut panel = Panel::new(
                 vec![format!("{}, k/m = {stiffness} s⁻²", family.title)],
                 Axis::linear("time (s)", &times),
                 Axis::linear("|L|/|L₀|", &values),
             );
-            panel.series = family
-                .members
-                .iter()
-                .filter_map(|(label, look)| {
-                    let row = rows_of(input, scene).find(|row| row.label == *label)?;
-                    let points = scene.time_s.iter().zip(&row.spin);
-                    let points = points.map(|(&x, &y)| Point { x, y, state: State::Stable });
-                    Series::new(row.label.clone(), *look, points.collect())
-                })
-                .collect();
+            let curve = |(label, look): &&(&str, Look)| {
+                let row = row_of(scene, label)?;
+                let points = scene.time_s.iter().zip(&row.spin);
+                let points = points.map(|(&x, &y)| Point { x, y, state: State::Stable });
+                Series::new(row.label.clone(), *look, points.collect())
+            };
+            panel.series = drawn.iter().filter_map(curve).collect();
             panels.push(panel);
         }
     }
-    let notes = if steady.is_empty() {
-        Vec::new()
-    } else {
-        vec![format!("Left out, as all curves stay within 5 % of 1: {}.", steady.join("; "))]
-    };
+    let note = format!("Left out: {left_out} forms whose curves all stay within 5 % of 1.");
+    let notes = (left_out > 0).then_some(note).into_iter().collect();
     (!panels.is_empty()).then_some(Sheet { panels, notes })
 }
 

@@ -4,6 +4,7 @@ use super::facts::{self, Facts, Row, Run, STIFFNESS, Scene, TimingRow, Winner};
 use crate::families::{families, looks};
 use crate::studies::tiles::{self, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
+use drape_report::family::Kin;
 use drape_report::number::{median, percent, power, significant};
 use drape_report::page::{Table, absent, texts};
 use drape_report::plate::{Draw, Plate};
@@ -33,7 +34,9 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         title: "Modelled time of every method, k/m = 10⁴ and 10⁶ s⁻²",
         caption: "The distance of a curve to the right of the black front shows how much more the \
             method costs than the best one. Error after 0.25 s over the motion, against modelled \
-            time. Hanging sheet with light damping, d/m = 10 s⁻¹; a row for each family.",
+            time; hollow: the run gains energy or hardly moves. Hanging sheet with light damping, \
+            d/m = 10 s⁻¹. A row for each kind of method, with the forms that run on all scenes; \
+            the front is that of all forms.",
         draw: Draw::Sheet(soft),
     },
     Plate {
@@ -283,21 +286,48 @@ fn stiff(input: &Input) -> Option<Sheet> {
     families_of(input, [1e8, 1e10])
 }
 
-/// A row of panels for each family of methods, a column for each stiffness.
+/// Families that share a row of panels, with the title of the row.
+const ROWS: [(&str, &[Kin]); 5] = [
+    ("Explicit", &[Kin::Explicit, Kin::ExplicitStages, Kin::Adaptive]),
+    ("Implicit", &[Kin::Implicit]),
+    ("Implicit, of higher order", &[Kin::ImplicitStages, Kin::Linearised]),
+    ("Implicit-explicit", &[Kin::ImplicitExplicit, Kin::TwoSteps]),
+    ("Local solves, filters, other", &[Kin::Local, Kin::Corrected, Kin::Other]),
+];
+
+/// Whether a form is drawn beside those of all methods: the first of its method, and forms that run
+/// on more than the scenes of one series.
+fn is_main(facts: &Facts, label: &str) -> bool {
+    let of = |row: &&Row| row.label == label;
+    let Some(own) = facts.rows.iter().find(of) else { return false };
+    let id = |row: &'_ Row| row.method.split(':').next().map(str::to_owned);
+    let first = facts.rows.iter().find(|row| id(row) == id(own));
+    let is_elsewhere = |row: &Row| {
+        let scene = facts.scenes.iter().find(|scene| scene.id == row.scene);
+        scene.is_some_and(|scene| scene.damping != "light" || !has_series(scene, STIFFNESS))
+    };
+    first.is_some_and(|row| row.label == label) || facts.rows.iter().filter(of).any(is_elsewhere)
+}
+
+/// A row of panels for families of methods, a column for each stiffness.
 fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
     let mut scenes = by_stiffness(input, "hanging", "light");
     scenes.retain(|scene| stiffnesses.contains(&scene.stiffness_over_mass_per_s2));
     let identity = |row: &'_ Row| (row.method.clone(), row.label.clone());
     let known: Vec<_> =
         scenes.iter().flat_map(|scene| rows_of(input, scene)).map(identity).collect();
+    let families = families(known.iter().map(|(method, label)| (&**method, &**label)));
     let mut drafts = Vec::new();
-    for family in families(known.iter().map(|(method, label)| (&**method, &**label))) {
+    for (title, kin) in ROWS {
+        let own = families.iter().filter(|family| kin.contains(&family.kin));
+        let members = own.flat_map(|family| &family.members);
+        let members: Vec<_> = members.filter(|(label, _)| is_main(&input.facts, label)).collect();
         let curves_at = |scene: &&Scene| -> Vec<Series> {
-            let curve_of = |(label, look): &(&str, Look)| {
+            let curve_of = |(label, look): &&(&str, Look)| {
                 let row = rows_of(input, scene).find(|row| row.label == *label)?;
                 curve(label, *look, points(input, row, Cost::Modelled))
             };
-            family.members.iter().filter_map(curve_of).collect()
+            members.iter().filter_map(curve_of).collect()
         };
         let curves: Vec<_> = scenes.iter().map(curves_at).collect();
         if curves.iter().all(Vec::is_empty) {
@@ -305,7 +335,7 @@ fn families_of(input: &Input, stiffnesses: [f64; 2]) -> Option<Sheet> {
         }
         for (scene, curves) in scenes.iter().zip(curves) {
             let series = front(input, scene, Cost::Modelled).into_iter().chain(curves).collect();
-            let title = format!("{}, {}", family.title, quotient(scene));
+            let title = format!("{title}, {}", quotient(scene));
             drafts.push((vec![title], series, noise(scene).into_iter().collect()));
         }
     }

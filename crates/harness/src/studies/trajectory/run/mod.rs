@@ -4,15 +4,16 @@ mod cases;
 #[cfg(test)]
 mod tests;
 
-use super::facts::{Facts, LEAD, LEVELS};
+use super::facts::{Facts, LEAD, LEVELS, Row, Winner};
 use crate::HarnessError;
+use crate::cost::Prices;
 use crate::facts::{Fact, fact};
 use crate::methods::runs::work::{Knob, Variant};
 use crate::stability::STABLE;
 use crate::studies::work_precision::run::front;
 use crate::studies::work_precision::run::truth::{PERTURBED, SEED};
 use crate::studies::work_precision::run::variants::VARIANTS;
-use crate::studies::work_precision::run::{FOLLOWING, counts};
+use crate::studies::work_precision::run::{FOLLOWING, counts, reprice};
 use crate::studies::{Context, Measured, Start, prepared, taken};
 use cases::{BUDGET_S, Stage, cases};
 use serde_json::json;
@@ -80,6 +81,69 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts>, HarnessError
     let scenes = stages.into_iter().map(|stage| stage.scene).collect();
     let facts = Facts { scenes, rows, winners };
     Ok(Measured { facts, timings: None, scenes: hashes, seed: Some(SEED) })
+}
+
+/// How far the winners agree with those of a ranking by other rules.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Agreement {
+    /// Number of winners.
+    pub winners: usize,
+    /// How many are the same method by the other rules.
+    pub same: usize,
+    /// How many of the other rules' winners, where they differ, tie with the winner.
+    pub tied: usize,
+}
+
+/// Compares the winners with those of the same runs by other prices.
+#[must_use]
+pub fn by_other_prices(facts: &Facts, prices: &Prices) -> Agreement {
+    let mut rows = facts.rows.clone();
+    for row in &mut rows {
+        if let Some(scene) = facts.scenes.iter().find(|scene| scene.id == row.scene) {
+            reprice(row, (scene.particles, scene.springs), prices);
+        }
+    }
+    agreement(facts, &rows)
+}
+
+/// Compares the winners with those of the runs in at least so many steps.
+#[must_use]
+pub fn without_longer_steps(facts: &Facts, fewest: u32) -> Agreement {
+    let mut rows = facts.rows.clone();
+    for row in rows.iter_mut().filter(|row| row.knob == "steps") {
+        row.runs.retain(|run| run.value >= f64::from(fewest));
+    }
+    agreement(facts, &rows)
+}
+
+/// The winner on a scene at a level of error among the runs whose steps last at most so long, s.
+#[must_use]
+pub fn winner_up_to(facts: &Facts, scene: &str, level: f64, most_s: f64) -> Winner {
+    let mut rows = facts.rows.clone();
+    rows.retain(|row| row.scene == scene);
+    for row in &mut rows {
+        row.runs.retain(|run| run.step_s.is_some_and(|step_s| step_s <= most_s));
+    }
+    front::winner(scene, &rows, level)
+}
+
+fn agreement(facts: &Facts, rows: &[Row]) -> Agreement {
+    let id = |label: &str| {
+        let row = facts.rows.iter().find(|row| row.label == label)?;
+        row.method.split(':').next()
+    };
+    let mut agreement = Agreement { winners: 0, same: 0, tied: 0 };
+    for winner in &facts.winners {
+        let other = front::winner(&winner.scene, rows, winner.level);
+        let (Some(label), Some(other)) = (&winner.label, &other.label) else { continue };
+        agreement.winners += 1;
+        if id(label) == id(other) {
+            agreement.same += 1;
+        } else if winner.tied.iter().any(|tied| id(&tied.label) == id(other)) {
+            agreement.tied += 1;
+        }
+    }
+    agreement
 }
 
 /// The study's facts in the form in which two records are compared.

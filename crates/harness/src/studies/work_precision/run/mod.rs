@@ -111,22 +111,31 @@ pub(super) fn repriced(facts: Facts, prices: &Prices) -> Facts {
     let Facts { scenes, mut rows, .. } = facts;
     for row in &mut rows {
         let Some(scene) = scenes.iter().find(|scene| scene.id == row.scene) else { continue };
-        // A run that its budget forbade to begin took no time.
-        let begun = |run: &&mut Run| run.steps > 0 || run.verdict != Verdict::OverBudget;
-        for run in row.runs.iter_mut().filter(begun) {
-            let counted = Counted {
-                steps: run.steps,
-                force_evaluations: run.force_evaluations,
-                matvecs: run.matvecs,
-                factorisations: run.factorisations,
-                setups: run.setups,
-                particles: scene.particles,
-                springs: scene.springs,
-            };
-            run.modelled_s = counted.seconds(prices.of(&row.method));
-        }
+        reprice(row, (scene.particles, scene.springs), prices);
     }
     ranked(scenes, rows)
+}
+
+/// Gives the runs of a row, on a scene of so many particles and springs, other prices.
+pub(in crate::studies) fn reprice(
+    row: &mut Row,
+    (particles, springs): (usize, usize),
+    prices: &Prices,
+) {
+    // A run that its budget forbade to begin took no time.
+    let begun = |run: &&mut Run| run.steps > 0 || run.verdict != Verdict::OverBudget;
+    for run in row.runs.iter_mut().filter(begun) {
+        let counted = Counted {
+            steps: run.steps,
+            force_evaluations: run.force_evaluations,
+            matvecs: run.matvecs,
+            factorisations: run.factorisations,
+            setups: run.setups,
+            particles,
+            springs,
+        };
+        run.modelled_s = counted.seconds(prices.of(&row.method));
+    }
 }
 
 const METHOD: &str = "\
