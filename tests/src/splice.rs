@@ -10,8 +10,8 @@ use drape_harness::studies::claims::facts::Row;
 use drape_harness::studies::regret::facts as regret;
 use drape_harness::studies::rest::facts as rest;
 use drape_harness::studies::trajectory::facts::{Facts, Winner};
-use drape_harness::studies::trajectory::{Agreement, by_other_prices, without_longer_steps};
-use drape_harness::studies::uses::{self, DAMPINGS, LEVEL, Use, all_uses, tied, wins};
+use drape_harness::studies::trajectory::{Agreement, by_other_prices, with_longer_steps};
+use drape_harness::studies::uses::{self, COLUMNS, DAMPINGS, LEVEL, Use, all_uses, tied, wins};
 use drape_harness::studies::work_precision::facts::TimingRow;
 use drape_report::number::median;
 use serde_json::Value;
@@ -134,7 +134,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ),
         ("rest-modelled", rest_modelled(results)?),
         ("other-prices", agreement(by_other_prices(&motions, other_prices()))),
-        ("eight-steps", agreement(without_longer_steps(&motions, 8))),
+        ("longer-steps", agreement(with_longer_steps(&motions))),
         ("untested-prices", untested_prices(&motions)),
         ("light-prices", light_prices(&motions, &rows(results, "work-precision", "/facts/rows")?)),
         ("large-cloth", uses::on_large_cloth(results)?),
@@ -187,11 +187,13 @@ fn rest_modelled(results: &Path) -> Result<String, String> {
 /// How far the winners of `trajectory` agree with those of a ranking by other rules.
 fn agreement(agreement: Agreement) -> String {
     let Agreement { winners, same, tied } = agreement;
-    format!(
-        "{same} of the {winners} winners of `trajectory` are the same method, and {tied} of the other \
-         {} are methods that tie with the winner here",
-        winners - same
-    )
+    let others = winners - same;
+    let same = format!("{same} of the {winners} winners of `trajectory` are the same method");
+    match others {
+        0 => same,
+        others if others == tied => format!("{same}, and the other {others} tie with it here"),
+        others => format!("{same}; of the other {others}, {tied} tie with it here"),
+    }
 }
 
 /// The form of a winner.
@@ -220,11 +222,11 @@ fn untested_prices(motions: &Facts) -> String {
     if told.is_empty() { "none".to_owned() } else { told.join(", ") }
 }
 
-/// Winners on damped sheets whose prices rest on sheets with light damping alone: the forms, with
-/// their sheets. `runs` are the rows of `work-precision`.
+/// Winners on damped sheets whose prices rest on sheets with light damping alone: a table of the
+/// forms with their sheets. `runs` are the rows of `work-precision`.
 fn light_prices(motions: &Facts, runs: &[Value]) -> String {
-    let is_light = |label: &str| {
-        let own = || runs.iter().filter(|row| row["label"] == label);
+    let is_light = |form: &str| {
+        let own = || runs.iter().filter(|row| row["method"] == form);
         let is_base = |row: &Value| {
             row["scene"].as_str().is_some_and(|scene| scene.starts_with("hanging light"))
         };
@@ -234,17 +236,18 @@ fn light_prices(motions: &Facts, runs: &[Value]) -> String {
     for winner in &motions.winners {
         let scene = motions.scenes.iter().find(|scene| scene.id == winner.scene);
         let is_damped = scene.is_some_and(|scene| scene.is_damped());
-        let label = winner.label.as_deref().filter(|label| is_damped && is_light(label));
-        if let Some((form, _)) = form_of(motions, winner).zip(label) {
+        let form = form_of(motions, winner).filter(|form| is_damped && is_light(form));
+        if let Some(form) = form {
             forms.entry(form).or_default().insert(&winner.scene);
         }
     }
-    let told = forms.iter().map(|(form, scenes)| {
+    let mut text = "\n\n| form | sheets that it wins |\n|---|---|\n".to_owned();
+    for (form, scenes) in &forms {
         let scenes: Vec<&str> = scenes.iter().copied().collect();
-        format!("`{form}` ({})", scenes.join("; "))
-    });
-    let told: Vec<String> = told.collect();
-    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| `{form}` | {} |", scenes.join("; "));
+    }
+    text + "\n"
 }
 
 /// Measured over modelled times on the scenes of `regret`: the range on all scenes but the worst,
@@ -376,26 +379,28 @@ fn times(timings: &[TimingRow]) -> String {
 
 /// The uses with their reasons.
 fn uses(results: &Path) -> Result<String, String> {
-    let measured_on = uses::measured_on(results)?;
-    let mut text =
-        format!("\n\n| use | take | {measured_on} | the record says |\n|---|---|---|---|\n");
-    for Use { what, take, measured, why } in all_uses(results)? {
+    let columns = COLUMNS.join(" | ");
+    let mut text = format!("\n\n| use | {columns} | the record says |\n|---|---|---|---|---|\n");
+    for Use { what, take, measured, bundled, why } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {what} | {take} | {measured} | {why} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} | {why} |");
     }
-    Ok(text + "\n")
+    Ok(format!("{text}\n{}\n\n", uses::measured_on(results)?))
 }
 
 /// The uses alone; the page of methods has the reasons.
 fn uses_in_short(results: &Path) -> Result<String, String> {
     let reasons = "[reasons](crates/drape/docs/methods.md)";
-    let measured_on = uses::measured_on(results)?;
-    let mut text = format!("\n| use ({reasons}) | take | {measured_on} |\n|---|---|---|\n");
-    for Use { what, take, measured, .. } in all_uses(results)? {
+    let columns = COLUMNS.join(" | ");
+    let mut text = format!("\n| use ({reasons}) | {columns} |\n|---|---|---|---|\n");
+    for Use { what, take, measured, bundled, .. } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {what} | {take} | {measured} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} |");
     }
-    Ok(text)
+    Ok(format!(
+        "{text}\n{} `drape compare` advised for the bundled scenes.\n",
+        uses::measured_on(results)?
+    ))
 }
 
 /// The methods as the registry describes them.

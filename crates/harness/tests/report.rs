@@ -5,6 +5,7 @@
 use crate::common;
 
 use drape_harness::studies::draw;
+use drape_harness::studies::uses::{Use, all_uses};
 use scraper::{ElementRef, Html, Selector};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -139,10 +140,11 @@ fn the_five_uses_stand_beside_the_answer_where_their_records_are_there() {
         all(&document, "#answer tbody tr").into_iter().map(text).collect()
     };
     let shown = rows(common::copy_of_committed().path());
-    let uses = drape_harness::studies::uses::all_uses(common::committed()).unwrap();
+    let uses = all_uses(common::committed()).unwrap();
     assert_eq!(shown.len(), uses.len());
     for (row, answer) in shown.iter().zip(uses) {
-        for said in [answer.what, &answer.take, &answer.measured, &answer.why] {
+        let Use { what, take, measured, bundled, why } = answer;
+        for said in [what, &take, &measured, &bundled, &why] {
             assert!(row.contains(&said.replace('`', "")), "{said}: {row}");
         }
     }

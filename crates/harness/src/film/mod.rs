@@ -108,15 +108,15 @@ impl Camera {
         let kept = Rc::clone(&eye);
         let mut from = simulation.state.clone();
         let runner = runner.observe(move |moment: &Moment<'_>| {
-            let moving = moment.moving();
-            let to = moving.state();
             for frame in 1..=frames {
-                let state = between(&from, &to, moment.h, f64::from(frame) / f64::from(frames));
-                let kinetic = || moment.system.kinetic_energy(&moment.numbering.apply(&state.v));
+                let share = f64::from(frame) / f64::from(frames);
+                let state = between(&from, moment.state, moment.h, share);
+                let x = moment.numbering.restore_list(&state.x);
+                let kinetic = || moment.system.kinetic_energy(&state.v);
                 let before = (moment.step - 1) * u64::from(frames);
-                kept.borrow_mut().look(before + u64::from(frame), &state.x, kinetic);
+                kept.borrow_mut().look(before + u64::from(frame), &x, kinetic);
             }
-            from = to.into_owned();
+            from.clone_from(moment.state);
         });
         let outcome = runner.go(simulation)?;
         let seen = eye.borrow_mut().close();

@@ -8,7 +8,6 @@ use drape_report::{Record, Timings};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 use trajectory::facts::{Facts, Winner};
-use trajectory::winner_up_to;
 
 /// A use and the method to take for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,12 +18,19 @@ pub struct Use {
     pub take: String,
     /// The cloth on which it was measured, and to which error.
     pub measured: String,
+    /// What a comparison advises for the bundled scene of the use; empty without one.
+    pub bundled: String,
     /// What the records say.
     pub why: String,
 }
 
-/// The answer to a use: what to take, what it was measured on, and why.
-type Answer = [String; 3];
+/// The answer to a use.
+struct Answer {
+    take: String,
+    measured: String,
+    bundled: String,
+    why: String,
+}
 
 /// The five uses, each with the method to take and the numbers behind it. They come from the
 /// records in the folder `results`.
@@ -44,11 +50,16 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, all.as_ref())?),
     ];
-    Ok(answers.map(|(what, [take, measured, why])| Use { what, take, measured, why }))
+    Ok(answers.map(|(what, answer)| {
+        let Answer { take, measured, bundled, why } = answer;
+        Use { what, take, measured, bundled, why }
+    }))
 }
 
-/// The head of the column that says what a use was measured on. It names the processors whose times
-/// rank the methods, with their studies.
+/// The heads of the columns of a use, from the second on.
+pub const COLUMNS: [&str; 3] = ["take", "measured on", "for the bundled scene"];
+
+/// The processors whose times rank the methods, with their studies.
 ///
 /// # Errors
 /// A message if timings cannot be read.
@@ -63,7 +74,7 @@ pub fn measured_on(results: &Path) -> Result<String, String> {
         }
     }
     let told = processors.iter().map(|(cpu, studies)| format!("{}: {cpu}", studies.join(", ")));
-    Ok(format!("measured on (times of {})", told.collect::<Vec<_>>().join("; of ")))
+    Ok(format!("Times of {}.", told.collect::<Vec<_>>().join("; of ")))
 }
 
 /// The processor of the timings of a study.
@@ -78,11 +89,14 @@ fn processor(results: &Path, study: &str) -> Result<String, String> {
 pub(super) fn table(results: &Path) -> Option<Table> {
     let uses = all_uses(results).ok()?;
     let measured_on = measured_on(results).ok()?;
-    let line = |Use { what, take, measured, why }: Use| vec![what.to_owned(), take, measured, why];
+    let line = |Use { what, take, measured, bundled, why }: Use| {
+        vec![what.to_owned(), take, measured, bundled, why]
+    };
+    let [take, measured, bundled] = COLUMNS;
     Some(Table {
-        title: "**Which method for what**, and what the records say.".to_owned(),
-        header: texts(&["use", "take", &measured_on, "the record says"]),
-        names: 4,
+        title: format!("**Which method for what**, and what the records say. {measured_on}"),
+        header: texts(&["use", take, measured, bundled, "the record says"]),
+        names: 5,
         rows: uses.into_iter().map(line).collect(),
     })
 }
@@ -205,32 +219,36 @@ impl Frames {
 fn of_skirt(results: &Path) -> Result<Answer, String> {
     const PLACE: &str = "on a ball";
     let short = Frames::of(results, "animation", PLACE)?;
-    let [take, measured, why] = of_frames(results, &short, "skirt")?;
+    let first = of_frames(results, &short, "skirt")?;
     let long = Frames::of(results, "animation-long", PLACE)?;
-    let Some((run, time)) = long.least.first() else { return Ok([take, measured, why]) };
+    let Some((run, time)) = long.least.first() else { return Ok(first) };
     let calls = run.calls(&long.scene);
     let same = short.least.first().and_then(|(first, _)| {
         let form = |run: &animation::facts::Run| (run.label.clone(), run.substeps, run.inside);
         long.runs.iter().find(|run| form(run) == form(first))
     });
     let later = same.filter(|run| !run.is_good(&long.scene));
-    let later = later.map(|run| format!(" (such a run is {} later)", run.verdict));
-    let take = format!(
-        "`{}`, {calls} a frame{}; for less than a second{}: {take}",
-        method(&run.label),
-        ties("tie", &long.near()),
-        later.unwrap_or_default()
-    );
+    let later = later.map_or_else(String::new, |run| {
+        format!(", but such a run is {} after seconds", run.verdict)
+    });
+    let take = format!("`{}`, {calls} a frame{}", method(&run.label), ties("tie", &long.near()));
     let measured = format!(
-        "{} particles on a ball for {:.0} s, by energy and strain; less than a second: {measured}",
+        "{} particles on a ball for {:.0} s, by energy and strain",
         long.scene.particles, long.scene.span_s
     );
-    let why = format!("`animation-long`, {}: {:.1} ms a frame. {why}", long.scene.id, 1e3 * time);
-    Ok([take, measured, why])
+    let why = format!(
+        "`animation-long`, {}: {:.1} ms a frame. For less than a second ({}): {}{later}; {}",
+        long.scene.id,
+        1e3 * time,
+        first.measured,
+        first.take,
+        first.why
+    );
+    Ok(Answer { take, measured, bundled: first.bundled, why })
 }
 
-/// The fastest good method, and its ties, on a scene of `animation`. The reason adds what a
-/// comparison advises for the bundled scene of the use.
+/// The fastest good method, and its ties, on a scene of `animation`, and what a comparison advises
+/// for the bundled scene of the use.
 fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
     use animation::facts::GOOD;
     let Frames { scene, least, .. } = frames;
@@ -240,36 +258,24 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let advice = advised(results, bundled)?;
-    let measured = format!(
-        "{place}, within {:.0} mm{noise}{}",
-        1e3 * scene.good_m(),
-        advice.as_ref().map_or("", |advice| &advice.measured),
-    );
+    let measured = format!("{place}, within {:.0} mm{noise}", 1e3 * scene.good_m());
+    let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
-        let why = format!("`animation`, {}: no run is good", scene.id);
-        return Ok(["none".to_owned(), measured, why]);
+        let why = format!("`animation`, {}: no run is good{advised}", scene.id);
+        return Ok(Answer { take: "none".to_owned(), measured, bundled, why });
     };
     // The calls tell the number of substeps, so the form need not.
     let form = match first.inside {
         Some(_) => method(&first.label).to_owned(),
         None => short(&first.method),
     };
-    let other = match &advice {
-        Some(advice) if advice.label.as_deref() != Some(&first.label) => {
-            format!("; for the bundled `{bundled}`: {}", advice.take)
-        }
-        _ => String::new(),
-    };
-    let take =
-        format!("`{form}`, {} a frame{}{other}", first.calls(scene), ties("tie", &frames.near()));
+    let take = format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &frames.near()));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
     };
-    let why = format!("`animation`, {}: {:.1} ms a frame, {off}", scene.id, 1e3 * time);
-    let advised = advice.as_ref().map_or("", |advice| &advice.why);
-    Ok([take, measured, format!("{why}{advised}")])
+    let why = format!("`animation`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
+    Ok(Answer { take, measured, bundled, why })
 }
 
 /// The fastest good methods on hanging cloth of 2500 particles and more: by mesh, each with its share
@@ -321,43 +327,37 @@ fn step_ms(step_s: f64) -> String {
     significant(1e3 * step_s, 2)
 }
 
-/// What `drape compare` advises for a bundled scene. The last two texts go on those of an answer.
+/// What `drape compare` advises for a bundled scene; empty texts if it was not asked for.
+#[derive(Default)]
 struct Advised {
-    /// The form; `None` if nothing was advised.
-    label: Option<String>,
-    /// The form with its step.
+    /// The scene with the form and its step.
     take: String,
-    measured: String,
+    /// A sentence that goes on the reason.
     why: String,
 }
 
-/// The advice for a bundled scene; `None` if it was not asked for.
-fn advised(results: &Path, scene: &str) -> Result<Option<Advised>, String> {
+/// The advice for a bundled scene.
+fn advised(results: &Path, scene: &str) -> Result<Advised, String> {
     use regret::facts::TimingRow;
     let timings: Vec<TimingRow> = timings(results, "regret")?;
-    let Some(row) = timings.into_iter().find(|row| row.scene == scene) else { return Ok(None) };
+    let Some(row) = timings.into_iter().find(|row| row.scene == scene) else {
+        return Ok(Advised::default());
+    };
     let step_s = 1.0 / (row.frames_per_s * f64::from(row.substeps.max(1)));
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
         |label| format!("`{label}`, steps of {} ms", step_ms(step_s)),
     );
     let why = format!(
-        ". For the motion of the bundled scene `{scene}` at {} frames a second (within {:.1} mm or \
-         twice the noise), `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
+        ". For the motion of the bundled scene `{scene}` ({} particles) at {} frames a second, within \
+         {:.1} mm or twice the noise, `drape compare` advises in {:.0} s: {advice} (`regret`, on {})",
+        row.particles,
         row.frames_per_s,
         1e3 * row.target_m,
         row.budget_s,
         processor(results, "regret")?
     );
-    Ok(Some(Advised {
-        label: row.label,
-        take: advice,
-        measured: format!(
-            "; `{scene}`: {} particles at {} frames a second, by `drape compare`",
-            row.particles, row.frames_per_s
-        ),
-        why,
-    }))
+    Ok(Advised { take: format!("`{scene}`: {advice}"), why })
 }
 
 /// A tenth of a second, the unit in which `rest` counts steps.
@@ -389,19 +389,19 @@ struct Rest {
 /// The form for a drape test.
 fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
-        let why = "`rest`: no form comes to rest on all".to_owned();
-        return Ok(["none".to_owned(), "study `rest`".to_owned(), why]);
+        return Ok(Answer {
+            take: "none".to_owned(),
+            measured: "study `rest`".to_owned(),
+            bundled: String::new(),
+            why: "`rest`: no form comes to rest on all".to_owned(),
+        });
     };
-    let mut take = format!("`{form}`, steps of {steps}{}", ties("tie", near));
-    let mut measured = measured.clone();
-    let mut why =
-        format!("{why}. How near drape coefficients come to published ones: study `fabric`");
-    if let Some(advice) = advised(results, "drape-test")? {
-        take += &format!("; for the motion of the bundled `drape-test`: {}", advice.take);
-        measured += &advice.measured;
-        why += &advice.why;
-    }
-    Ok([take, measured, why])
+    let take = format!("`{form}`, steps of {steps}{}", ties("tie", near));
+    let Advised { take: bundled, why: advised } = advised(results, "drape-test")?;
+    let why = format!(
+        "{why}. How near drape coefficients come to published ones: study `fabric`{advised}"
+    );
+    Ok(Answer { take, measured: measured.clone(), bundled, why })
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
@@ -484,10 +484,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
     Ok(Some(Rest { form, near, ratio: ratio(first), steps, measured, why }))
 }
 
-/// A picture of a film, s.
-const PICTURE_S: f64 = 1.0 / 24.0;
-
-/// The winner on a soft sheet, with steps that show the motion.
+/// The winner on a soft sheet.
 fn taught(results: &Path) -> Result<Answer, String> {
     let facts: Facts = facts(results, "trajectory")?;
     let wins = wins(&facts, DAMPINGS[0], LEVEL);
@@ -498,10 +495,9 @@ fn taught(results: &Path) -> Result<Answer, String> {
     };
     let soft = wins.iter().find(|(stiffness, _)| *stiffness == 1e4);
     let soft = soft.ok_or_else(|| lacks("no sheet"))?.1.ok_or_else(|| lacks("no winner"))?;
-    let soft = &winner_up_to(&facts, &soft.scene, LEVEL, PICTURE_S);
     let why = format!(
-        "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 % with steps that are no \
-         longer than a picture of a film; its step is a line of mathematics. The course has lessons on such explicit methods, and the lab shows \
+        "`trajectory`, k/m = 10⁴ s⁻², {}: the least modelled time for 1 %; its step is a line of \
+         mathematics. The course has lessons on such explicit methods, and the lab shows \
          methods side by side",
         DAMPINGS[0]
     );
@@ -514,8 +510,8 @@ fn taught(results: &Path) -> Result<Answer, String> {
     let step = step.map(|step| format!(", step {:.0} ms", 1e3 * step));
     let step = step.unwrap_or_default();
     let take = format!("`{}`{step}{}{more}", winning(soft), ties("tie", &near));
-    let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, with a state for each picture at 24 Hz, by modelled time";
-    Ok([take, measured.to_owned(), why])
+    let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, by modelled time";
+    Ok(Answer { take, measured: measured.to_owned(), bundled: String::new(), why })
 }
 
 /// The times of a million particles, and the form that is first on small cloth.
@@ -549,5 +545,5 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     });
     let measured = rest.map_or_else(|| "study `rest`".to_owned(), |rest| rest.measured.clone());
     let first = "unproven at that size: compare a coarser mesh of your cloth first";
-    Ok([format!("{first}{take}"), measured, why])
+    Ok(Answer { take: format!("{first}{take}"), measured, bundled: String::new(), why })
 }

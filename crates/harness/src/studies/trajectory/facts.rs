@@ -1,8 +1,10 @@
 //! Records of the experiment `trajectory`: which methods follow a smooth motion.
 
 pub(super) use crate::film::HALF;
-pub use crate::studies::work_precision::facts::{Beside, Flaw, LEAD, Row, Run, Tied, Winner};
-pub(super) use crate::studies::work_precision::facts::{Kind, saved, tally};
+pub use crate::studies::work_precision::facts::{
+    Beside, Flaw, LEAD, PICTURE_S, Row, Run, Tied, Winner,
+};
+pub(super) use crate::studies::work_precision::facts::{Kind, overtaken, saved, tally};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

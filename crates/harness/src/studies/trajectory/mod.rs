@@ -6,7 +6,7 @@ pub(crate) mod run;
 mod words;
 
 use super::Parts;
-pub use run::{Agreement, by_other_prices, winner_up_to, without_longer_steps};
+pub use run::{Agreement, by_other_prices, with_longer_steps};
 
 pub(super) const STUDY: Parts<facts::Facts> = Parts {
     name: "trajectory",

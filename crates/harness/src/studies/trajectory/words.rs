@@ -1,6 +1,9 @@
 //! The words of the study `trajectory`: its question, and the findings from its numbers.
 
-use super::facts::{Beside, Facts, HALF, Kind, LEAD, Row, Run, Scene, Winner, saved, tally};
+use super::facts::{
+    Beside, Facts, Flaw, HALF, Kind, LEAD, PICTURE_S, Row, Run, Scene, Winner, overtaken, saved,
+    tally,
+};
 use crate::studies::names;
 use drape_report::Words;
 use drape_report::number::{percent, power, significant};
@@ -273,20 +276,21 @@ fn slowest(facts: &Facts) -> Option<f64> {
     named.filter_map(|winner| winner.modelled_s).reduce(f64::max)
 }
 
-/// How often the winner takes the longest step that there is.
+/// How often the winner takes the longest step that may win, and how often a longer one is cheaper.
 fn coarsest(facts: &Facts) -> Option<String> {
-    let is_one = |winner: &&Winner| {
-        let scene = facts.scenes.iter().find(|scene| scene.id == winner.scene);
-        let step = winner.run(&facts.rows).and_then(|run| run.step_s);
-        scene.zip(step).is_some_and(|(scene, step)| step > 0.999 * scene.span_s)
-    };
     let ranked = || facts.winners.iter().filter(|winner| winner.label.is_some());
-    let count = ranked().filter(is_one).count();
-    let span = facts.scenes.first()?.span_s;
-    (count > 0).then(|| {
+    let is_longest = |winner: &&Winner| {
+        let step = winner.run(&facts.rows).and_then(|run| run.step_s);
+        step.is_some_and(|step| 2.0 * step > PICTURE_S)
+    };
+    let longest = ranked().filter(is_longest).count();
+    let skipped = overtaken(ranked(), &facts.rows, |flaw| flaw == Flaw::SkipsPictures);
+    (longest + skipped > 0).then(|| {
         format!(
-            "{count} of {} winners take a single step of {span} s, the longest that there is: \
-             their errors may be far smaller than asked for.",
+            "{longest} of {} winners take the longest step that may win, with a state for each \
+             picture of a film; their errors may be far smaller than asked for. {skipped} winners \
+             have a cheaper run with longer steps, which shows the end and not the motion. Its \
+             time is extrapolated: prices were fitted to runs of eight steps and more.",
             ranked().count()
         )
     })

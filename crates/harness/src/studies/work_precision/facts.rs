@@ -6,9 +6,10 @@ use drape_report::Verdict;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Number of steps of the coarsest run of a method whose step stiffness does not limit. With fewer
-/// steps a solver may take more work than with more.
+/// Number of steps of the coarsest run of a method whose step stiffness does not limit.
 pub const FEWEST: u32 = 8;
+/// Time from one picture of a film to the next, s. Who follows a motion has a state for each.
+pub const PICTURE_S: f64 = 1.0 / 24.0;
 /// Series of scenes in which the stiffness varies.
 pub const STIFFNESS: &str = "stiffness";
 /// Series of scenes with different numbers of particles and the same stiffness over mass.
@@ -189,6 +190,9 @@ pub enum Flaw {
     /// It keeps less than half of the motion.
     #[serde(rename = "locked")]
     Locked,
+    /// Its steps are longer than a [picture](PICTURE_S), so it shows the end and not the motion.
+    #[serde(rename = "skips pictures")]
+    SkipsPictures,
 }
 
 /// The cheapest run without a flaw at one scene and level of error.
@@ -324,16 +328,25 @@ pub(in crate::studies) fn tally(kinds: impl Iterator<Item = Kind> + Clone) -> [u
     [Kind::Explicit, Kind::Implicit, Kind::Tie].map(of)
 }
 
-/// How many winners would be others if a run with a flaw could win.
+/// How many winners would be others if a run that gains energy or hardly moves could win.
 pub(in crate::studies) fn saved<'a>(
     winners: impl Iterator<Item = &'a Winner>,
     rows: &[Row],
 ) -> usize {
+    overtaken(winners, rows, |flaw| flaw != Flaw::SkipsPictures)
+}
+
+/// How many winners would be others if runs with some flaws could win.
+pub(in crate::studies) fn overtaken<'a>(
+    winners: impl Iterator<Item = &'a Winner>,
+    rows: &[Row],
+    may_win: fn(Flaw) -> bool,
+) -> usize {
     let is_overtaken = |winner: &&Winner| {
         let most = winner.modelled_s.unwrap_or(f64::INFINITY);
         let own = rows.iter().filter(|row| row.scene == winner.scene).flat_map(|row| &row.runs);
-        let mut flawed = own.filter(|run| run.flaw.is_some() && run.is_within(winner.level));
-        flawed.any(|run| run.modelled_s < most)
+        let mut flawed = own.filter(|run| run.flaw.is_some_and(may_win));
+        flawed.any(|run| run.is_within(winner.level) && run.modelled_s < most)
     };
     winners.filter(is_overtaken).count()
 }

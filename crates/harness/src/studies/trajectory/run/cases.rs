@@ -21,7 +21,7 @@ const DAMPINGS: [Damping; 6] = [
 const SIDE: u32 = 20;
 const SMALL_SIDE: u32 = 10;
 const STIFF: f64 = 1e9;
-/// Modelled time that a run may take, s: more than three times as long as the slowest winner.
+/// Modelled time that a run may take, s: two and a half times as long as the slowest winner.
 pub(super) const BUDGET_S: f64 = 0.05;
 
 /// The damping in the scene's own terms.
@@ -111,6 +111,7 @@ impl Stage {
         setting.enough = LEVELS.into_iter().fold(1.0, f64::min).max(noise.error);
         setting.most_s = BUDGET_S;
         setting.fewest = FEWEST;
+        setting.stabilised_begin_coarse = true;
         let sheet = &mut setting.scene;
         sheet.id = case.id();
         let scene = Scene {

@@ -4,7 +4,7 @@ mod cases;
 #[cfg(test)]
 mod tests;
 
-use super::facts::{Facts, LEAD, LEVELS, Row, Winner};
+use super::facts::{Facts, Flaw, LEAD, LEVELS, Row};
 use crate::HarnessError;
 use crate::cost::Prices;
 use crate::facts::{Fact, fact};
@@ -38,13 +38,13 @@ pub(super) fn method() -> String {
          as a mean over these times. Energy: the energy at the end beyond the true one, over the \
          energy that the scene sets free. Motion kept is the path of the middle of the free edge \
          over the true path. Every method runs in all forms of `work-precision`, except that \
-         `rkc` refuses sheets without damping. They take steps T/2ʲ, from one step of T or \
-         the limit of stability on, until the trajectory errs by less than {} or by less than the noise, or \
-         until the visits of a run, all at the least price of its form, take more than {BUDGET_S} \
-         s of modelled time. Modelled time ranks the runs, as in `work-precision`; a method that \
+         `rkc` refuses sheets without damping. They take steps T/2ʲ, from one step of T or the \
+         limit of stability on, until the trajectory errs by less than {} or by less than the \
+         noise, or until the visits of a run of eight steps or more, all at the least price of its \
+         form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the runs, as in `work-precision`; a method that \
          takes less than {LEAD} times as long as the winner ties with it. An error ranks only if \
-         it is at least twice the noise. A run may win only if it keeps at least half of the \
-         motion and its energy at the end exceeds the true one by at most {} % of the energy that \
+         it is at least twice the noise. A run may win only if it has a state for each picture of \
+         a film (steps of at most 1/24 s, so T/8 here), keeps at least half of the motion, and its energy at the end exceeds the true one by at most {} % of the energy that \
          the scene sets free, or by twice the noise of the energy.",
         LEVELS[2],
         100.0 * STABLE
@@ -106,25 +106,14 @@ pub fn by_other_prices(facts: &Facts, prices: &Prices) -> Agreement {
     agreement(facts, &rows)
 }
 
-/// Compares the winners with those of the runs in at least so many steps.
+/// Compares the winners with those where steps longer than a picture of a film may win.
 #[must_use]
-pub fn without_longer_steps(facts: &Facts, fewest: u32) -> Agreement {
+pub fn with_longer_steps(facts: &Facts) -> Agreement {
     let mut rows = facts.rows.clone();
-    for row in rows.iter_mut().filter(|row| row.knob == "steps") {
-        row.runs.retain(|run| run.value >= f64::from(fewest));
+    for run in rows.iter_mut().flat_map(|row| &mut row.runs) {
+        run.flaw = run.flaw.filter(|flaw| *flaw != Flaw::SkipsPictures);
     }
     agreement(facts, &rows)
-}
-
-/// The winner on a scene at a level of error among the runs whose steps last at most so long, s.
-#[must_use]
-pub fn winner_up_to(facts: &Facts, scene: &str, level: f64, most_s: f64) -> Winner {
-    let mut rows = facts.rows.clone();
-    rows.retain(|row| row.scene == scene);
-    for row in &mut rows {
-        row.runs.retain(|run| run.step_s.is_some_and(|step_s| step_s <= most_s));
-    }
-    front::winner(scene, &rows, level)
 }
 
 fn agreement(facts: &Facts, rows: &[Row]) -> Agreement {

@@ -35,8 +35,8 @@ fn row(scene: &Scene, label: &str, modelled_s: f64, error: f64, energy: f64) -> 
     let beside =
         Beside { shape_m: 0.1 * error, strain: -0.5 * error, energy, retained: 1.0 - error };
     let run = Run {
-        value: 1.0,
-        step_s: Some(0.25),
+        value: 8.0,
+        step_s: Some(0.25 / 8.0),
         verdict: Verdict::Completed,
         error: Some(error),
         beside: Some(beside),
@@ -137,7 +137,7 @@ fn words_count_leads_and_ties_and_say_where_noise_forbids_both() {
                 method gets there within its budget.";
     assert!(words(&missed).conclusion.contains(told), "{:?}", words(&missed));
     assert!(said.caveats[0].contains("1 of 4 winners lead by less"), "{:?}", said.caveats);
-    let longest = "4 of 4 winners take a single step of 0.25 s, the longest that there is:";
+    let longest = "4 of 4 winners take the longest step that may win,";
     assert!(said.caveats.iter().any(|text| text.starts_with(longest)), "{:?}", said.caveats);
 }
 
@@ -212,4 +212,20 @@ fn winners_of_undamped_sheets_are_named_in_grey() {
     let expected =
         [("ζ = 0.01, 1 %", "fast ×3.0", Shade::Idle), ("ζ = 0.1, 1 %", "fast ×3.0", Shade::Open)];
     assert_eq!(named, expected);
+}
+
+#[test]
+fn words_count_the_cheaper_runs_whose_steps_are_too_long_to_win() {
+    let mut seen = facts(&[(1e4, 0.01, 1e-6, true, 4.0), (1e6, 0.01, 1e-6, true, 4.0)]);
+    let cost = seen.winners[0].modelled_s.expect("a time");
+    let mut long = seen.rows[0].clone();
+    long.runs[0].value = 2.0;
+    long.runs[0].step_s = Some(0.125);
+    long.runs[0].modelled_s = 0.1 * cost;
+    long.runs[0].flaw = Some(Flaw::SkipsPictures);
+    seen.rows.push(long);
+    let said = words(&seen);
+    let of = |part: &str| said.caveats.iter().any(|text| text.contains(part));
+    assert!(of("1 winners have a cheaper run with longer steps"), "{:?}", said.caveats);
+    assert!(!of("it has gained energy or hardly moves"), "{:?}", said.caveats);
 }

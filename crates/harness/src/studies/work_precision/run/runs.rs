@@ -5,9 +5,9 @@ use super::variants::{DOP853, Knob, Variant, is_limited_by_stiffness};
 use crate::HarnessError;
 use crate::cost::{Counted, prices};
 use crate::film::Seen;
-use crate::methods::Choice;
+use crate::methods::{self, Choice};
 use crate::run::{Outcome, Runner, Simulation};
-use crate::studies::work_precision::facts::{Beside, FEWEST, Flaw, Row, Run};
+use crate::studies::work_precision::facts::{Beside, FEWEST, Flaw, PICTURE_S, Row, Run};
 use drape_model::{State, TimeSpan};
 use drape_oracle::adaptive::{AdaptiveError, AdaptiveSettings, Pair, adaptive};
 use drape_report::Verdict;
@@ -48,6 +48,11 @@ fn usual<'a>(variant: &Variant, runs: &'a [Run]) -> &'a [Run] {
     &runs[first..]
 }
 
+/// Whether an explicit method is stable at any step.
+fn is_stabilised(id: &str) -> bool {
+    methods::theory_of(id).is_some_and(|theory| !theory.is_limited)
+}
+
 /// A run with the time it took.
 pub(super) struct Timed {
     pub(super) run: Run,
@@ -81,7 +86,7 @@ impl KeptRuns {
 impl Setting {
     /// All runs of a variant, coarsest first. They end when the error of a run without a flaw is
     /// small enough or the budget is spent, and before a run that is expected to take more than
-    /// `limit` visits of a spring.
+    /// `limit` visits of a spring. A run of fewer than [`FEWEST`] steps ends no row.
     pub(in crate::studies) fn row(
         &self,
         variant: &Variant,
@@ -97,7 +102,8 @@ impl Setting {
         variant: &Variant,
         limit: Option<f64>,
     ) -> Result<Row, HarnessError> {
-        runs.pop_if(|run| run.verdict == Verdict::OverBudget);
+        let over = runs.iter().position(|run| run.verdict == Verdict::OverBudget);
+        runs.truncate(over.unwrap_or(runs.len()));
         for value in self.values(variant).into_iter().skip(runs.len()) {
             // In a very long step a solver may take more work than in several shorter ones.
             let is_long = variant.knob == Knob::Steps && value < f64::from(FEWEST);
@@ -134,7 +140,10 @@ impl Setting {
         match variant.knob {
             Knob::Setting(_, values) | Knob::Tolerance(values) => values.to_vec(),
             Knob::Steps => {
-                let first = if is_limited_by_stiffness(variant.method) {
+                let id = variant.method.split(':').next().unwrap_or(variant.method);
+                let is_limited = is_limited_by_stiffness(variant.method)
+                    && !(self.stabilised_begin_coarse && is_stabilised(id));
+                let first = if is_limited {
                     // The largest power of two with unstable steps, judged by the fastest undamped
                     // oscillation.
                     let limit = 0.5 * SPAN * self.scene.greatest_frequency_per_s;
@@ -235,7 +244,7 @@ impl Setting {
             verdict,
             error,
             beside,
-            flaw: self.flaw(beside),
+            flaw: self.flaw(beside).or((time.step_s > PICTURE_S).then_some(Flaw::SkipsPictures)),
             modelled_s: counted.seconds(prices().of(variant.method)),
             effort,
             steps: counted.steps,

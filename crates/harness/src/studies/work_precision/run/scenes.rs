@@ -237,6 +237,9 @@ pub(in crate::studies) struct Setting {
     /// Number of steps of the coarsest run of a method whose step stiffness does not limit: a power
     /// of two.
     pub(in crate::studies) fewest: u32,
+    /// Whether explicit methods that are stable at any step begin like implicit ones. In
+    /// `work-precision`, whose runs were timed, they begin beyond the limit of the others.
+    pub(in crate::studies) stabilised_begin_coarse: bool,
     /// Modelled time that a run may take, s, beside the budget of the scene: it ends at the visits
     /// that take at least this time at its prices.
     pub(in crate::studies) most_s: f64,
@@ -296,6 +299,7 @@ impl Setting {
             simulation,
             enough: ENOUGH,
             fewest: FEWEST,
+            stabilised_begin_coarse: false,
             most_s: f64::INFINITY,
             exact: tight.x,
             hash,
