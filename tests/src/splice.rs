@@ -138,6 +138,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("untested-prices", untested_prices(&motions)),
         ("light-prices", light_prices(&motions, &rows(results, "work-precision", "/facts/rows")?)),
         ("large-cloth", uses::on_large_cloth(results)?),
+        ("large-cloth-long", uses::on_large_cloth_for_long(results)?),
         ("over-model", over_model(&uses::timings::<regret::TimingRow>(results, "regret")?)?),
         ("uses", uses(results)?),
         ("uses-short", uses_in_short(results)?),
@@ -222,8 +223,8 @@ fn untested_prices(motions: &Facts) -> String {
     if told.is_empty() { "none".to_owned() } else { told.join(", ") }
 }
 
-/// Winners on damped sheets whose prices rest on sheets with light damping alone: a table of the
-/// forms with their sheets. `runs` are the rows of `work-precision`.
+/// Winners on damped sheets whose prices rest on sheets with light damping alone: the forms,
+/// with their sheets. `runs` are the rows of `work-precision`.
 fn light_prices(motions: &Facts, runs: &[Value]) -> String {
     let is_light = |form: &str| {
         let own = || runs.iter().filter(|row| row["method"] == form);
@@ -241,13 +242,12 @@ fn light_prices(motions: &Facts, runs: &[Value]) -> String {
             forms.entry(form).or_default().insert(&winner.scene);
         }
     }
-    let mut text = "\n\n| form | sheets that it wins |\n|---|---|\n".to_owned();
-    for (form, scenes) in &forms {
+    let told = forms.iter().map(|(form, scenes)| {
         let scenes: Vec<&str> = scenes.iter().copied().collect();
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "| `{form}` | {} |", scenes.join("; "));
-    }
-    text + "\n"
+        format!("`{form}` ({})", scenes.join("; "))
+    });
+    let told: Vec<String> = told.collect();
+    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
 }
 
 /// Measured over modelled times on the scenes of `regret`: the range on all scenes but the worst,
@@ -383,6 +383,7 @@ fn uses(results: &Path) -> Result<String, String> {
     let mut text = format!("\n\n| use | {columns} | the record says |\n|---|---|---|---|---|\n");
     for Use { what, take, measured, bundled, why } in all_uses(results)? {
         // Writing to a string cannot fail.
+        let bundled = if bundled.is_empty() { "–" } else { &bundled };
         let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} | {why} |");
     }
     Ok(format!("{text}\n{}\n\n", uses::measured_on(results)?))
@@ -395,6 +396,7 @@ fn uses_in_short(results: &Path) -> Result<String, String> {
     let mut text = format!("\n| use ({reasons}) | {columns} |\n|---|---|---|---|\n");
     for Use { what, take, measured, bundled, .. } in all_uses(results)? {
         // Writing to a string cannot fail.
+        let bundled = if bundled.is_empty() { "–" } else { &bundled };
         let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} |");
     }
     Ok(format!(

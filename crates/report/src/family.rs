@@ -31,7 +31,8 @@ pub enum Kin {
 }
 
 impl Kin {
-    const ALL: [Self; 11] = [
+    /// All panels, in order.
+    pub const ALL: [Self; 11] = [
         Self::Explicit,
         Self::ExplicitStages,
         Self::Implicit,
@@ -64,7 +65,7 @@ impl Kin {
 
 /// The members of a family that a record has.
 pub struct Family<'a> {
-    /// The panel.
+    /// The kind of its methods.
     pub kin: Kin,
     /// Title of the panel.
     pub title: &'static str,

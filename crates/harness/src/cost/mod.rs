@@ -208,6 +208,22 @@ static PLAIN: Price = Price {
 mod tests {
     use super::*;
 
+    /// Both tables have the same forms, so a ranking by the other prices is one of the same forms.
+    #[test]
+    fn the_other_prices_are_of_another_processor_and_of_the_same_forms() {
+        let forms = |prices: &Prices| -> Vec<String> {
+            let whole = |price: &Price| {
+                crate::methods::Choice::parse(&price.method, &[])
+                    .map_or_else(|_| price.method.clone(), |choice| choice.full_id())
+            };
+            let mut forms: Vec<String> = prices.forms.iter().map(whole).collect();
+            forms.sort();
+            forms
+        };
+        assert_eq!(forms(prices()), forms(other_prices()));
+        assert_ne!(prices().cpu, other_prices().cpu);
+    }
+
     /// A form stays the same with all its settings written out. A form that was never timed has no
     /// price.
     #[test]

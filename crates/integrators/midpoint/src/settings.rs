@@ -25,7 +25,8 @@ settings! {
     pub struct MidpointSettings for MIDPOINT {
         /// how Newton's method solves and when it stops
         stage: StageSettings,
-        /// start value of Newton's method; best: the one with the lowest potential
+        /// start value of Newton's method; last: v_n; best: the best of v_n, the extrapolated velocity
+        /// and free motion
         start: Start [Last, Best] = Best,
         /// local error that a step may make, in mesh widths; 0: the method takes steps as given
         tolerance: f64 as TOLERANCE,

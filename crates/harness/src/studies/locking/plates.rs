@@ -150,7 +150,7 @@ fn terminal(input: &Input) -> Option<Sheet> {
     );
     let looks = looks(&CREEPING);
     for (n, (label, points)) in CREEPING.into_iter().zip(points.clone()).enumerate() {
-        let series = Series::new(label.to_owned(), looks[n].shifted(n / 2), points);
+        let series = Series::new(label.to_owned(), looks[n], points);
         panel.series.extend(series.map(Series::apart));
     }
     let least = xs.iter().copied().reduce(f64::min)?;

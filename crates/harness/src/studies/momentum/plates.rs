@@ -125,11 +125,11 @@ fn spin(input: &Input) -> Option<Sheet> {
             },
         )
     };
-    let (mut panels, mut left_out) = (Vec::new(), 0);
+    let (mut panels, mut left_out) = (Vec::new(), Vec::new());
     for family in families(rows().map(identity)) {
         let (steady, drawn): (Vec<_>, Vec<_>) =
-            family.members.iter().partition(|(label, _)| is_steady(label));
-        left_out += steady.len();
+            family.members.into_iter().partition(|(label, _)| is_steady(label));
+        left_out.extend(steady.iter().map(|(label, _)| *label));
         for scene in scenes.iter().filter(|_| !drawn.is_empty()) {
             let stiffness = power(scene.stiffness_over_mass_per_s2);
             let mut panel = Panel::new(
@@ -137,7 +137,7 @@ fn spin(input: &Input) -> Option<Sheet> {
                 Axis::linear("time (s)", &times),
                 Axis::linear("|L|/|L₀|", &values),
             );
-            let curve = |(label, look): &&(&str, Look)| {
+            let curve = |(label, look): &(&str, Look)| {
                 let row = row_of(scene, label)?;
                 let points = scene.time_s.iter().zip(&row.spin);
                 let points = points.map(|(&x, &y)| Point { x, y, state: State::Stable });
@@ -147,8 +147,8 @@ fn spin(input: &Input) -> Option<Sheet> {
             panels.push(panel);
         }
     }
-    let note = format!("Left out: {left_out} forms whose curves all stay within 5 % of 1.");
-    let notes = (left_out > 0).then_some(note).into_iter().collect();
+    let note = format!("Left out, as they stay within 5 % of 1: {}.", left_out.join("; "));
+    let notes = (!left_out.is_empty()).then_some(note).into_iter().collect();
     (!panels.is_empty()).then_some(Sheet { panels, notes })
 }
 

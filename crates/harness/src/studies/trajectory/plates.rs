@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `trajectory`.
 
-use super::facts::{Beside, Facts, Kind, LEVELS, Row, Run, Scene, Winner, tally};
+use super::facts::{Beside, Facts, Flaw, Kind, LEVELS, Row, Run, Scene, Winner, tally};
 use super::words::{cheapest, counted, frequent, id, runs, winner};
 use crate::families::looks;
 use crate::studies::tiles::{legend_of_winners, signs_of_winners, told};
@@ -25,7 +25,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
             names the method with the least modelled time for an error of the trajectory. A row is \
             a damping and an error, a column a stiffness over mass, from soft to stiff. \
             \u{201c}noise\u{201d}: a start that differs by 1 µm moves the end by more than half of \
-            that error. Runs that gain energy or hardly move do not rank. Hanging sheet, T = 0.25 \
+            that error. Runs that gain energy, hardly move or take steps of more than 1/24 s do not rank. Hanging sheet, T = 0.25 \
             s.",
         draw: Draw::Matrix(map),
     },
@@ -45,8 +45,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
             left and below is better. Error of the positions after 0.25 s over the motion, \
             against modelled time. Grey: below the noise, where nothing ranks. A curve is one \
             method from coarse to fine; the black front is the best of all forms of all methods. \
-            Hollow: the run gains energy or hardly moves, so it is not on the front. \
-            Left: no damping; right: the stiffest mode is damped critically.",
+            Hollow: the run gains energy or hardly moves, so it is not on the front. Steps of more \
+            than 1/24 s are left out. Left: no damping; right: the stiffest mode is damped critically.",
         draw: Draw::Sheet(front),
     },
     Plate {
@@ -186,6 +186,11 @@ fn named<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Row, Look)> {
     rows.into_iter().zip(looks(&methods)).collect()
 }
 
+/// The runs of a row that a figure shows: those with a state for each picture.
+fn drawn(row: &Row) -> impl Iterator<Item = &Run> {
+    row.runs.iter().filter(|run| run.flaw != Some(Flaw::SkipsPictures))
+}
+
 /// A run in a figure of modelled time.
 fn point(run: &Run, y: f64) -> Point {
     Point { x: run.modelled_s, y, state: mark(run) }
@@ -212,7 +217,7 @@ fn front(input: &Input) -> Option<Sheet> {
             let Some(scene) = scene_at(input, damping, *stiffness) else { continue };
             let curves = named(input, scene).into_iter().filter_map(|(row, look)| {
                 let point = |run: &Run| Some(point(run, run.error?));
-                curve(&row.label, look, row.runs.iter().filter_map(point).collect())
+                curve(&row.label, look, drawn(row).filter_map(point).collect())
             });
             let series = front_of(input, scene).into_iter().chain(curves).collect();
             let title = format!("{}, {}", quotient(*stiffness), with_unit(damping));
@@ -275,12 +280,12 @@ fn shown(input: &Input) -> Option<&Scene> {
 fn errors(input: &Input) -> Option<Sheet> {
     let scene = shown(input)?;
     let rows = named(input, scene);
-    let all = rows.iter().flat_map(|(row, _)| &row.runs).filter(|run| run.beside.is_some());
+    let all = rows.iter().flat_map(|(row, _)| drawn(row)).filter(|run| run.beside.is_some());
     let xs: Vec<f64> = all.map(|run| run.modelled_s).collect();
     let curves = |of: &dyn Fn(&Run, &Beside) -> f64| -> Vec<Series> {
         let of_row = |(row, look): &(&Row, Look)| {
             let point = |run: &Run| Some(point(run, of(run, run.beside.as_ref()?)));
-            let points = row.runs.iter().filter_map(point).filter(|point| point.y > 0.0);
+            let points = drawn(row).filter_map(point).filter(|point| point.y > 0.0);
             curve(&row.label, *look, points.collect())
         };
         rows.iter().filter_map(of_row).collect()

@@ -641,6 +641,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_kind_of_method_has_one_row_of_panels() {
+        for kin in Kin::ALL {
+            let rows = ROWS.iter().filter(|(_, kinds)| kinds.contains(&kin)).count();
+            assert_eq!(rows, 1, "{kin:?}");
+        }
+    }
+
+    #[test]
     fn a_curve_ends_where_it_crosses_the_least_error() {
         let point = |x: f64, y: f64| Point { x, y, state: State::Stable };
         let cut = |points: &[(f64, f64)]| {

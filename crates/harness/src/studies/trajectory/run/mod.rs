@@ -34,18 +34,19 @@ pub(super) fn method() -> String {
          with the nearest of all these motions. It has four errors. Trajectory: the mass-weighted \
          distance of the particles at the end, over the motion. Shape: the mean distance of the \
          surfaces at four times; between the ends of long steps the motion is the cubic through \
-         positions and velocities. Stretch: the 99th percentile of the strain beyond the true one, \
-         as a mean over these times. Energy: the energy at the end beyond the true one, over the \
-         energy that the scene sets free. Motion kept is the path of the middle of the free edge \
-         over the true path. Every method runs in all forms of `work-precision`, except that \
+         positions and velocities. Stretch: the 99th percentile of the strain beyond the true \
+         one, as a mean over these times. Energy: the energy at the end beyond the true one, over \
+         the energy that the scene sets free. Motion kept is the path of the middle of the free \
+         edge over the true path. Every method runs in all forms of `work-precision`, except that \
          `rkc` refuses sheets without damping. They take steps T/2ʲ, from one step of T or the \
          limit of stability on, until the trajectory errs by less than {} or by less than the \
-         noise, or until the visits of a run of eight steps or more, all at the least price of its \
-         form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the runs, as in `work-precision`; a method that \
-         takes less than {LEAD} times as long as the winner ties with it. An error ranks only if \
-         it is at least twice the noise. A run may win only if it has a state for each picture of \
-         a film (steps of at most 1/24 s, so T/8 here), keeps at least half of the motion, and its energy at the end exceeds the true one by at most {} % of the energy that \
-         the scene sets free, or by twice the noise of the energy.",
+         noise, or until the visits of a run of eight steps or more, all at the least price of \
+         its form, take more than {BUDGET_S} s of modelled time. Modelled time ranks the runs, as \
+         in `work-precision`; a method that takes less than {LEAD} times as long as the winner \
+         ties with it. An error ranks only if it is at least twice the noise. A run may win only \
+         if it has a state for each picture of a film (steps of at most 1/24 s, so T/8 here), \
+         keeps at least half of the motion, and its energy at the end exceeds the true one by at \
+         most {} % of the energy that the scene sets free, or by twice the noise of the energy.",
         LEVELS[2],
         100.0 * STABLE
     )

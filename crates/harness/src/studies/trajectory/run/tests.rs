@@ -2,7 +2,7 @@
 
 use super::cases::{Case, Damping, Stage, cases};
 use super::*;
-use crate::studies::trajectory::facts::Run;
+use crate::studies::trajectory::facts::{PICTURE_S, Run};
 use drape_model::Vec3;
 use drape_report::Verdict;
 
@@ -107,4 +107,93 @@ fn a_run_is_held_against_the_nearest_true_motion() {
     }
     let start = setting.simulation.state.x.clone();
     assert!((setting.error(&start) - 1.0).abs() < 1e-3);
+}
+
+/// On a soft sheet the cubic through the states at the ends of long steps shows the true motion: the
+/// pictures come in their order and at their time.
+#[test]
+fn pictures_within_long_steps_are_those_of_the_motion() {
+    let Stage { scene, mut setting } = stage(1e2, Damping::OverMass(10.0));
+    (setting.enough, setting.fewest) = (0.0, 1);
+    let form = forms().find(|form| form.label == "midpoint").expect("a known form");
+    let row = setting.row(form, Some(QUICK)).expect("runs");
+    for (steps, most) in [(1.0, 3e-3), (2.0, 6e-4), (4.0, 2e-4), (8.0, 5e-5)] {
+        let run = row.runs.iter().find(|run| run.value == steps).expect("a run");
+        let beside = run.beside.expect("errors");
+        assert!(beside.shape_m < most * scene.motion_m, "{steps}: {beside:?}");
+        assert!((beside.retained - 1.0).abs() < 1e-6, "{steps}: {beside:?}");
+        let skips = (steps < 8.0).then_some(Flaw::SkipsPictures);
+        assert_eq!(run.flaw, skips, "{steps}");
+    }
+}
+
+/// `rkc` is explicit and stable at any step, so it begins where implicit methods do.
+#[test]
+fn stabilised_methods_begin_like_implicit_ones() {
+    let Stage { setting, .. } = stage(1e4, Damping::OverMass(40.0));
+    let first = |label: &str| {
+        let form = forms().find(|form| form.label == label).expect("a known form");
+        setting.row(form, Some(QUICK)).expect("runs").runs[0].value
+    };
+    assert_eq!((first("rkc"), first("bdf2")), (1.0, 1.0));
+    assert!(first("symplectic-euler") > 8.0);
+}
+
+/// A row with one run of these steps, counts of sweeps and modelled time.
+fn row(scene: &str, method: &str, steps: u32, sweeps: u64, modelled_s: f64) -> Row {
+    let step_s = 0.25 / f64::from(steps);
+    let run = Run {
+        value: f64::from(steps),
+        step_s: Some(step_s),
+        verdict: Verdict::Completed,
+        // Equal runs of two methods are not ranked.
+        error: Some(1e-3 + 1e-9 * modelled_s),
+        beside: None,
+        flaw: (step_s > PICTURE_S).then_some(Flaw::SkipsPictures),
+        modelled_s,
+        effort: 1.0,
+        steps: u64::from(steps),
+        force_evaluations: sweeps,
+        matvecs: 0,
+        factorisations: 0,
+        setups: 0,
+        cg_iterations: 0,
+        unconverged_steps: 0,
+        is_on_front: false,
+        portable: true,
+    };
+    Row {
+        scene: scene.to_owned(),
+        label: method.to_owned(),
+        method: method.to_owned(),
+        knob: "steps".to_owned(),
+        is_headline: false,
+        runs: vec![run],
+    }
+}
+
+/// One sheet where a long step is cheapest; by price, one where the sweeps that cost least are not
+/// those with the least modelled time in the record.
+#[test]
+fn winners_are_compared_with_those_of_other_rules() {
+    let Stage { scene, .. } = stage(1e2, Damping::OverMass(10.0));
+    let mut other = scene.clone();
+    other.id = "other".to_owned();
+    let rows = vec![
+        row(&scene.id, "bdf2", 1, 1, 1e-4),
+        row(&scene.id, "symplectic-euler", 16, 16, 1e-3),
+        row(&scene.id, "bdf2", 16, 40, 1.5e-3),
+        row(&other.id, "symplectic-euler", 64, 1000, 1e-3),
+        row(&other.id, "bdf2", 16, 16, 5e-3),
+    ];
+    let winners = [&scene.id, &other.id].map(|id| front::winner(id, &rows, 1e-2)).to_vec();
+    let named: Vec<_> = winners.iter().map(|winner| winner.label.as_deref()).collect();
+    assert_eq!(named, [Some("symplectic-euler"); 2]);
+    let facts = Facts { scenes: vec![scene, other], rows, winners };
+    // With longer steps the first sheet has another winner, which tied; the second has the same.
+    assert_eq!(with_longer_steps(&facts), Agreement { winners: 2, same: 1, tied: 1 });
+    // By their counts the second sheet is won by the other method, which did not tie.
+    let agreement = by_other_prices(&facts, crate::cost::prices());
+    assert_eq!((agreement.winners, agreement.tied), (2, 0), "{agreement:?}");
+    assert!(agreement.same < 2, "{agreement:?}");
 }
