@@ -400,7 +400,7 @@ fn uses_in_short(results: &Path) -> Result<String, String> {
         let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} |");
     }
     Ok(format!(
-        "{text}\n{} `drape compare` advised for the bundled scenes.\n",
+        "{text}\n{} The last column: what `drape compare` advises.\n",
         uses::measured_on(results)?
     ))
 }

@@ -48,11 +48,26 @@ pub(crate) use added::programs_answer_within;
 pub use added::{add, are_ours_alone, choose, kill_programs, program_failures, registration};
 pub(crate) use added::{identity, is_added, is_chosen, options};
 
+/// What a user may have meant by an unknown id: the form with this label, as tables and figures name
+/// it, or the nearest id.
+fn meant(id: &str, known: &str) -> String {
+    let labelled = added::entries().find_map(|entry| {
+        let runs = &entry.runs;
+        let ranked = runs.work_precision.iter().map(|form| (form.label, form.method));
+        let filmed = runs.animation.iter().map(|film| (film.form.label, film.form.method));
+        ranked.chain(filmed).find(|(label, method)| *label == id && label != method)
+    });
+    match labelled {
+        Some((_, method)) => format!(" (a label; its form is `{method}`)"),
+        None => nearest(id, known.split(", ")),
+    }
+}
+
 /// Why a choice of method was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MethodError {
     /// No method has this id.
-    #[error("no method `{id}`{}; expected one of: {known}", nearest(id, known.split(", ")))]
+    #[error("no method `{id}`{}; expected one of: {known}", meant(id, known))]
     Unknown {
         /// The id that was given.
         id: String,
@@ -335,6 +350,9 @@ mod tests {
         for (id, nearest) in [("symplectic-eulr", "symplectic-euler"), ("bdf", "bdf2")] {
             assert!(said(id).contains(&format!("(nearest: `{nearest}`)")), "{}", said(id));
         }
+        let label = said("midpoint, safeguarded");
+        let form = "(a label; its form is `midpoint:max_iterations=1,safeguard=work`)";
+        assert!(label.contains(form), "{label}");
         assert!(
             said("newmark").starts_with("no method `newmark`; expected"),
             "{}",

@@ -46,7 +46,7 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
             of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
         ),
         ("a skirt in a game at 60 frames a second", of_skirt(results)?),
-        ("a drape test for a textile laboratory", laid(results, round.as_ref())?),
+        ("a drape test for a textile laboratory", laid(round.as_ref())?),
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, all.as_ref())?),
     ];
@@ -367,7 +367,8 @@ fn advised(results: &Path, scene: &str) -> Result<Advised, String> {
         row.budget_s,
         processor(results, "regret")?
     );
-    Ok(Advised { take: format!("`{scene}`: {advice}"), why })
+    let take = format!("`{scene}` at {} Hz: {advice}", row.frames_per_s);
+    Ok(Advised { take, why })
 }
 
 /// A tenth of a second, the unit in which `rest` counts steps.
@@ -397,7 +398,7 @@ struct Rest {
 }
 
 /// The form for a drape test.
-fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
+fn laid(rest: Option<&Rest>) -> Result<Answer, String> {
     let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
         return Ok(Answer {
             take: "none".to_owned(),
@@ -407,11 +408,11 @@ fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
         });
     };
     let take = format!("`{form}`, steps of {steps}{}", ties("tie", near));
-    let Advised { take: bundled, why: advised } = advised(results, "drape-test")?;
     let why = format!(
-        "{why}. How near drape coefficients come to published ones: study `fabric`{advised}"
+        "{why}. How near drape coefficients come to published ones: study `fabric`. They differ \
+         from mesh to mesh; on some fabrics they lie outside the published range"
     );
-    Ok(Answer { take, measured: measured.clone(), bundled, why })
+    Ok(Answer { take, measured: measured.clone(), bundled: String::new(), why })
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
@@ -441,7 +442,11 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
     labels.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
     let Some(first) = labels.first() else { return Ok(None) };
     let near = labels[1..].iter().take_while(|label| ratio(label) <= TIE * ratio(first));
-    let near = near.take(4).map(|label| format!("`{label}`")).collect();
+    let form_of = |label: &str| {
+        let run = right.iter().find(|(run, _)| run.label == label);
+        run.map_or_else(|| label.to_owned(), |(run, _)| short(&run.method))
+    };
+    let near = near.take(4).map(|label| format!("`{}`", form_of(label))).collect();
     let fastest: Vec<(f64, u32)> = meant
         .iter()
         .map(|scene| {
@@ -489,9 +494,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
         told.join(", "),
         ratio(first)
     );
-    let form = right.iter().find(|(run, _)| run.label == *first).map(|(run, _)| &run.method);
-    let form = form.map_or_else(|| (*first).to_owned(), |method| short(method));
-    Ok(Some(Rest { form, near, ratio: ratio(first), steps, measured, why }))
+    Ok(Some(Rest { form: form_of(first), near, ratio: ratio(first), steps, measured, why }))
 }
 
 /// The winner on a soft sheet.

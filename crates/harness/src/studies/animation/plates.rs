@@ -380,8 +380,8 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
 
 /// The map, with a note about two uses. The long study has no row for these.
 fn map_of_uses(input: &Input) -> Option<Matrix> {
-    let uses = "A film's curtain: the row at 24 Hz. A game's skirt, for less than a second: the \
-                row on a ball.";
+    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball, for less \
+                than a second; for longer, the table of uses.";
     let mut map = map(input)?;
     map.notes.push(uses.to_owned());
     Some(map)

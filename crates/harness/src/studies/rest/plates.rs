@@ -26,7 +26,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
     Plate {
         file: "rest-cheapest.svg",
-        title: "Seconds until the cloth rests",
+        title: "Computing time until the cloth rests",
         caption: "Marked runs are the cheapest of a scene or tie with it, within a factor of 1.5. \
             The number is the time on one core that the cheapest run of a form takes until its \
             surface stays within 1 mm of its rest shape, which must be a right one: the least \
