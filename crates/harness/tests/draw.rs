@@ -269,8 +269,8 @@ fn figures_name_axes_units_and_every_curve() {
         &["any other method", "In every panel: L symplectic-euler; ✗ leapfrog."],
     );
     expect("animation-map.svg", &["hanging", "10 mm, good", "a tie, whatever the kinds"]);
-    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball, for";
-    expect("animation-map.svg", &[uses, "less than a second; for longer, the table of uses."]);
+    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball,";
+    expect("animation-map.svg", &[uses, "for less than a second; for longer, the table of uses."]);
     expect(
         "animation-long-cheapest.svg",
         &["hanging", "on a ball", "locked", "over the budget of work"],

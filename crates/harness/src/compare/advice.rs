@@ -246,6 +246,10 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
                 "; wind or pins do work until the end, so the energy was not judged: `drape run` may \
                  end with `gained energy`"
             }
+            _ if facts.scene.is_driven => {
+                "; the energy was not judged while pins, obstacles or wind did work: `drape run` may \
+                 end with `gained energy`"
+            }
             _ => "",
         };
         format!("{error}{}{solves}{pushed}{open}", milliseconds(run.frame_s))

@@ -68,6 +68,10 @@ pub struct Scene {
     pub budget_s: f64,
     /// Steps a frame within the limit of symplectic Euler at the start, by power iteration.
     pub limit_substeps: u32,
+    /// Whether pins, obstacles or wind do work on the cloth. While they do, the energy of a run is not
+    /// judged.
+    #[serde(default)]
+    pub is_driven: bool,
 }
 
 /// What the runs are held against.

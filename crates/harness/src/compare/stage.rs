@@ -11,6 +11,7 @@ use crate::methods::Choice;
 use crate::motion::{LOCKED, Lever, Unforeseen, implicit_springs};
 use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::gershgorin;
+use crate::work::is_driven;
 use crate::{HarnessError, system_hash};
 use drape_integrator::{ExplicitNumbers, Implicit};
 use drape_model::{Numbering, SystemSpec, Vec3, Violation};
@@ -128,6 +129,7 @@ impl Stage {
             target_m: options.target_m.unwrap_or(USUAL_TARGET * size_m),
             budget_s: options.budget.as_secs_f64(),
             limit_substeps,
+            is_driven: is_driven(&plain.system),
         };
         Ok(Self {
             scene,

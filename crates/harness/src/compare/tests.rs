@@ -53,6 +53,7 @@ fn synthetic() -> Facts {
             target_m: 0.01,
             budget_s: 60.0,
             limit_substeps: 20,
+            is_driven: false,
         },
         truth: Truth {
             method: Some("leapfrog:damping=explicit".to_owned()),
@@ -135,6 +136,12 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
     open.runs[1].verdict = Verdict::Open;
     let expect = lines(&open, &advise(&open)).into_iter().find(|line| line.starts_with("expect"));
     assert!(expect.is_some_and(|line| line.contains("may end with `gained energy`")));
+    let mut driven = facts.clone();
+    driven.scene.is_driven = true;
+    let expect =
+        lines(&driven, &advise(&driven)).into_iter().find(|line| line.starts_with("expect"));
+    let told = "not judged while pins, obstacles or wind did work: `drape run` may end with";
+    assert!(expect.is_some_and(|line| line.contains(told)));
     let command = line("run it");
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
 }
