@@ -81,9 +81,8 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
     };
     let motions: Facts = uses::facts(results, "trajectory")?;
     // Without damping modelled times are guesses: no count takes them.
-    let is_damped = |scene: &str| motions.scenes.iter().any(|s| s.id == scene && s.is_damped());
-    let of_level = motions.winners.iter().filter(|winner| winner.level == LEVEL);
-    let decided: Vec<_> = of_level.filter(|winner| is_damped(&winner.scene)).collect();
+    let decided: Vec<_> =
+        on_damped_sheets(&motions).filter(|winner| winner.level == LEVEL).collect();
     let ties = decided.iter().filter(|winner| !tied(winner).is_empty()).count();
     let runs = rows(results, "locking", "/facts/runs")?;
     let kept = |label: &str| {
@@ -96,6 +95,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         let share = run["retained"].as_f64().ok_or("locking: no share of the motion")?;
         Ok::<_, String>(format!("{:.0} %", 100.0 * share))
     };
+    let ranked = rows(results, "work-precision", "/facts/rows")?;
     let timings: Vec<TimingRow> = uses::timings(results, "work-precision")?;
     let regret = regret(&uses::timings::<regret::TimingRow>(results, "regret")?)?;
     let engines = results.join("engines");
@@ -125,18 +125,12 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("engine-order", engine_orders(&of_engine("order", "rows")?)),
         ("engine-energy", engine_energies(&of_engine("energy", "rows")?)),
         ("engine-locking", engine_locking(&of_engine("locking", "runs")?)),
-        (
-            "engine-place",
-            engine_place(
-                &of_engine("work-precision", "rows")?,
-                &rows(results, "work-precision", "/facts/rows")?,
-            ),
-        ),
+        ("engine-place", engine_place(&of_engine("work-precision", "rows")?, &ranked)),
         ("rest-modelled", rest_modelled(results)?),
         ("other-prices", agreement(by_other_prices(&motions, other_prices()))),
         ("longer-steps", agreement(with_longer_steps(&motions))),
         ("untested-prices", untested_prices(&motions)),
-        ("light-prices", light_prices(&motions, &rows(results, "work-precision", "/facts/rows")?)),
+        ("light-prices", light_prices(&motions, &ranked)),
         ("large-cloth", uses::on_large_cloth(results)?),
         ("large-cloth-long", uses::on_large_cloth_for_long(results)?),
         ("over-model", over_model(&uses::timings::<regret::TimingRow>(results, "regret")?)?),
@@ -197,20 +191,30 @@ fn agreement(agreement: Agreement) -> String {
     }
 }
 
+/// The winners on sheets with damping.
+fn on_damped_sheets(motions: &Facts) -> impl Iterator<Item = &Winner> {
+    let is_damped =
+        |id: &str| motions.scenes.iter().any(|scene| scene.id == id && scene.is_damped());
+    motions.winners.iter().filter(move |winner| is_damped(&winner.scene))
+}
+
 /// The form of a winner.
 fn form_of<'a>(motions: &'a Facts, winner: &Winner) -> Option<&'a str> {
     let row = motions.rows.iter().find(|row| Some(&row.label) == winner.label.as_ref())?;
     Some(row.method.as_str())
 }
 
+/// Texts in a row; `none` without any.
+fn listed(texts: impl Iterator<Item = String>) -> String {
+    let texts: Vec<String> = texts.collect();
+    if texts.is_empty() { "none".to_owned() } else { texts.join(", ") }
+}
+
 /// Winners on damped sheets whose prices were not tested by leaving out runs: the forms, with their
 /// places.
 fn untested_prices(motions: &Facts) -> String {
     let mut forms = BTreeMap::new();
-    let damped = |winner: &&Winner| {
-        motions.scenes.iter().any(|scene| scene.id == winner.scene && scene.is_damped())
-    };
-    for winner in motions.winners.iter().filter(damped) {
+    for winner in on_damped_sheets(motions) {
         let form = form_of(motions, winner);
         if let Some(form) =
             form.filter(|form| prices().own(form).is_none_or(|price| price.left_out.is_none()))
@@ -219,8 +223,7 @@ fn untested_prices(motions: &Facts) -> String {
         }
     }
     let told = forms.iter().map(|(form, places)| format!("`{form}` ({places})"));
-    let told: Vec<String> = told.collect();
-    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
+    listed(told)
 }
 
 /// Winners on damped sheets whose prices rest on sheets with light damping alone: the forms,
@@ -234,11 +237,8 @@ fn light_prices(motions: &Facts, runs: &[Value]) -> String {
         own().next().is_some() && own().all(is_base)
     };
     let mut forms: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for winner in &motions.winners {
-        let scene = motions.scenes.iter().find(|scene| scene.id == winner.scene);
-        let is_damped = scene.is_some_and(|scene| scene.is_damped());
-        let form = form_of(motions, winner).filter(|form| is_damped && is_light(form));
-        if let Some(form) = form {
+    for winner in on_damped_sheets(motions) {
+        if let Some(form) = form_of(motions, winner).filter(|form| is_light(form)) {
             forms.entry(form).or_default().insert(&winner.scene);
         }
     }
@@ -246,8 +246,7 @@ fn light_prices(motions: &Facts, runs: &[Value]) -> String {
         let scenes: Vec<&str> = scenes.iter().copied().collect();
         format!("`{form}` ({})", scenes.join("; "))
     });
-    let told: Vec<String> = told.collect();
-    if told.is_empty() { "none".to_owned() } else { told.join(", ") }
+    listed(told)
 }
 
 /// Measured over modelled times on the scenes of `regret`: the range on all scenes but the worst,
@@ -377,14 +376,18 @@ fn times(timings: &[TimingRow]) -> String {
     text + "\n"
 }
 
+/// A cell of a table; a dash where it is empty.
+fn or_dash(text: &str) -> &str {
+    if text.is_empty() { "–" } else { text }
+}
+
 /// The uses with their reasons.
 fn uses(results: &Path) -> Result<String, String> {
     let columns = COLUMNS.join(" | ");
     let mut text = format!("\n\n| use | {columns} | the record says |\n|---|---|---|---|---|\n");
     for Use { what, take, measured, bundled, why } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let bundled = if bundled.is_empty() { "–" } else { &bundled };
-        let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} | {why} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} | {} | {why} |", or_dash(&bundled));
     }
     Ok(format!("{text}\n{}\n\n", uses::measured_on(results)?))
 }
@@ -396,8 +399,7 @@ fn uses_in_short(results: &Path) -> Result<String, String> {
     let mut text = format!("\n| use ({reasons}) | {columns} |\n|---|---|---|---|\n");
     for Use { what, take, measured, bundled, .. } in all_uses(results)? {
         // Writing to a string cannot fail.
-        let bundled = if bundled.is_empty() { "–" } else { &bundled };
-        let _ = writeln!(text, "| {what} | {take} | {measured} | {bundled} |");
+        let _ = writeln!(text, "| {what} | {take} | {measured} | {} |", or_dash(&bundled));
     }
     Ok(format!(
         "{text}\n{} The last column: what `drape compare` advises.\n",

@@ -78,7 +78,7 @@ impl Camera {
         first: &[Vec3],
         substeps: u32,
     ) -> Result<(Counts, Seen), HarnessError> {
-        let (runner, eye) = self.before(runner, first, substeps);
+        let (runner, eye) = self.before(runner, first, at_ends(substeps));
         let counts = runner.count(start)?;
         Ok((counts, eye.borrow_mut().close()))
     }
@@ -91,7 +91,7 @@ impl Camera {
         simulation: &mut Simulation,
         substeps: u32,
     ) -> Result<(Outcome, Seen), HarnessError> {
-        let (runner, eye) = self.before(runner, &simulation.state.x, substeps);
+        let (runner, eye) = self.before(runner, &simulation.state.x, at_ends(substeps));
         let outcome = runner.go(simulation)?;
         Ok((outcome, eye.borrow_mut().close()))
     }
@@ -104,23 +104,21 @@ impl Camera {
         simulation: &mut Simulation,
         frames: u32,
     ) -> Result<(Outcome, Seen), HarnessError> {
-        let eye = Rc::new(RefCell::new(Eye::new(self, &simulation.state.x)));
-        let kept = Rc::clone(&eye);
         let mut from = simulation.state.clone();
-        let runner = runner.observe(move |moment: &Moment<'_>| {
+        let within = move |eye: &mut Eye<'_>, moment: &Moment<'_>| {
             for frame in 1..=frames {
                 let share = f64::from(frame) / f64::from(frames);
                 let state = between(&from, moment.state, moment.h, share);
                 let x = moment.numbering.restore_list(&state.x);
                 let kinetic = || moment.system.kinetic_energy(&state.v);
                 let before = (moment.step - 1) * u64::from(frames);
-                kept.borrow_mut().look(before + u64::from(frame), &x, kinetic);
+                eye.look(before + u64::from(frame), &x, kinetic);
             }
             from.clone_from(moment.state);
-        });
+        };
+        let (runner, eye) = self.before(runner, &simulation.state.x, within);
         let outcome = runner.go(simulation)?;
-        let seen = eye.borrow_mut().close();
-        Ok((outcome, seen))
+        Ok((outcome, eye.borrow_mut().close()))
     }
 
     /// The film of a motion that starts at `first`, m, and has these states at the ends of its
@@ -133,24 +131,18 @@ impl Camera {
         eye.close()
     }
 
-    /// The runner with an observer that looks at the ends of frames. The runner outlives the run,
-    /// so the observer does, too.
+    /// The runner with an observer that looks at every moment. The runner outlives the run, so the
+    /// observer does, too.
     fn before<'a>(
         &'a self,
         runner: Runner<'a>,
         first: &[Vec3],
-        substeps: u32,
+        mut look: impl FnMut(&mut Eye<'a>, &Moment<'_>) + 'a,
     ) -> (Runner<'a>, Rc<RefCell<Eye<'a>>>) {
         let eye = Rc::new(RefCell::new(Eye::new(self, first)));
         let kept = Rc::clone(&eye);
-        let substeps = u64::from(substeps);
-        let runner = runner.observe(move |moment: &Moment<'_>| {
-            if moment.step.is_multiple_of(substeps) {
-                let moving = moment.moving();
-                let kinetic = || moment.system.kinetic_energy(&moment.state.v);
-                kept.borrow_mut().look(moment.step / substeps, &moving.state().x, kinetic);
-            }
-        });
+        let runner =
+            runner.observe(move |moment: &Moment<'_>| look(&mut kept.borrow_mut(), moment));
         (runner, eye)
     }
 
@@ -211,6 +203,17 @@ impl<'a> Eye<'a> {
     /// Ends the film and returns it.
     fn close(&mut self) -> Seen {
         std::mem::take(&mut self.seen)
+    }
+}
+
+/// Looks at the ends of frames of so many steps.
+fn at_ends(substeps: u32) -> impl FnMut(&mut Eye<'_>, &Moment<'_>) {
+    let substeps = u64::from(substeps);
+    move |eye, moment| {
+        if moment.step.is_multiple_of(substeps) {
+            let kinetic = || moment.system.kinetic_energy(&moment.state.v);
+            eye.look(moment.step / substeps, &moment.moving().state().x, kinetic);
+        }
     }
 }
 

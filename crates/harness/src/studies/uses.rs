@@ -207,11 +207,31 @@ impl Frames {
         Ok(Self { scene, runs, least })
     }
 
-    /// The methods that tie with the fastest, for a text.
-    fn near(&self) -> Vec<String> {
+    /// The runs of other methods that tie with the fastest, each told by `tell`.
+    fn near(&self, tell: impl Fn(&animation::facts::Run) -> String) -> Vec<String> {
         let [(_, time), others @ ..] = &self.least[..] else { return Vec::new() };
         let near = others.iter().take_while(|(_, other)| *other <= animation::facts::TIE * time);
-        near.map(|(run, _)| format!("`{}`", method(&run.label))).collect()
+        near.map(|(run, _)| tell(run)).collect()
+    }
+
+    /// How near a good run is.
+    fn within(&self) -> String {
+        let good = self.scene.good_m();
+        let noise = if good > animation::facts::GOOD { ", twice the noise" } else { "" };
+        format!("within {:.0} mm{noise}", 1e3 * good)
+    }
+}
+
+/// The method of a run, for a text.
+fn named(run: &animation::facts::Run) -> String {
+    format!("`{}`", method(&run.label))
+}
+
+/// The form of a run beside its calls. These tell the number of substeps, so the form need not.
+fn form_beside_calls(run: &animation::facts::Run) -> String {
+    match run.inside {
+        Some(_) => method(&run.label).to_owned(),
+        None => short(&run.method),
     }
 }
 
@@ -231,7 +251,8 @@ fn of_skirt(results: &Path) -> Result<Answer, String> {
     let later = later.map_or_else(String::new, |run| {
         format!(", but such a run is {} after seconds", run.verdict)
     });
-    let take = format!("`{}`, {calls} a frame{}", method(&run.label), ties("tie", &long.near()));
+    let take =
+        format!("`{}`, {calls} a frame{}", method(&run.label), ties("tie", &long.near(named)));
     let measured = format!(
         "{} particles on a ball for {:.0} s, by energy and strain",
         long.scene.particles, long.scene.span_s
@@ -250,26 +271,21 @@ fn of_skirt(results: &Path) -> Result<Answer, String> {
 /// The fastest good method, and its ties, on a scene of `animation`, and what a comparison advises
 /// for the bundled scene of the use.
 fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
-    use animation::facts::GOOD;
     let Frames { scene, least, .. } = frames;
     let place = match scene.id.split(',').next().unwrap_or_default() {
         "led" => format!("{} particles, one edge moved to and fro", scene.particles),
         place => format!("{} particles {place}", scene.particles),
     };
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
-    let noise = if scene.good_m() > GOOD { ", twice the noise" } else { "" };
-    let measured = format!("{place}, within {:.0} mm{noise}", 1e3 * scene.good_m());
+    let measured = format!("{place}, {}", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
         let why = format!("`animation`, {}: no run is good{advised}", scene.id);
         return Ok(Answer { take: "none".to_owned(), measured, bundled, why });
     };
-    // The calls tell the number of substeps, so the form need not.
-    let form = match first.inside {
-        Some(_) => method(&first.label).to_owned(),
-        None => short(&first.method),
-    };
-    let take = format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &frames.near()));
+    let form = form_beside_calls(first);
+    let take =
+        format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &frames.near(named)));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
@@ -281,17 +297,14 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
 /// The fastest good method on a scene with `part` in its name, with its share of the time of
 /// `symplectic-euler`, and the forms that tie with it.
 fn fastest(results: &Path, study: &str, part: &str) -> Result<(Frames, String), String> {
-    use animation::facts::{Run, TIE};
+    use animation::facts::Run;
     let frames = Frames::of(results, study, part)?;
     let Frames { scene, least, .. } = &frames;
     let (first, time) = least.first().ok_or_else(|| format!("{study}, {part}: no run is good"))?;
-    // The calls tell the number of substeps, so the form need not.
-    let form = |run: &Run| match run.inside {
-        Some(_) => format!("`{}` ({} a frame)", method(&run.label), run.calls(scene)),
-        None => format!("`{}`", short(&run.method)),
+    let form = |run: &Run| match (form_beside_calls(run), run.inside) {
+        (form, Some(_)) => format!("`{form}` ({} a frame)", run.calls(scene)),
+        (form, None) => format!("`{form}`"),
     };
-    let near = least[1..].iter().take_while(|(_, other)| *other <= TIE * time);
-    let near: Vec<String> = near.map(|(run, _)| form(run)).collect();
     let explicit = least.iter().find(|(run, _)| run.label == EXPLICIT);
     let share = match explicit {
         Some((_, other)) if other > time => {
@@ -299,7 +312,7 @@ fn fastest(results: &Path, study: &str, part: &str) -> Result<(Frames, String), 
         }
         _ => String::new(),
     };
-    let told = form(first) + &share + &ties("tie", &near);
+    let told = form(first) + &share + &ties("tie", &frames.near(form));
     Ok((frames, told))
 }
 
@@ -322,13 +335,12 @@ pub fn on_large_cloth(results: &Path) -> Result<String, String> {
 /// As [`on_large_cloth`].
 pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
     let (frames, told) = fastest(results, "animation-long", &format!("{HANGING}2500, 5 s"))?;
-    let good = frames.scene.good_m();
-    let noise = if good > animation::facts::GOOD { ", twice the noise" } else { "" };
-    Ok(format!("within {:.0} mm{noise}: {told}", 1e3 * good))
+    Ok(format!("{}: {told}", frames.within()))
 }
 
 /// How the ids of the hanging scenes begin, before the number of particles.
 const HANGING: &str = "hanging, cotton-blend, light, n=";
+
 /// The explicit method with which others are compared.
 const EXPLICIT: &str = "symplectic-euler";
 

@@ -57,24 +57,15 @@ pub(crate) fn work_precision(quick: bool) -> Record<work_precision::Facts> {
             let p = 1 + n as i32 % 2;
             let run = |step: i32| {
                 let is_lost = n < 3 && step == 0;
+                let steps = 8.0 * 2f64.powi(step);
+                let verdict = if is_lost { Verdict::Diverged } else { Verdict::Completed };
                 work_precision::Run {
-                    value: 8.0 * 2f64.powi(step),
-                    step_s: Some(0.25 / (8.0 * 2f64.powi(step))),
-                    verdict: if is_lost { Verdict::Diverged } else { Verdict::Completed },
                     error: (!is_lost).then(|| 0.2 * 2f64.powi(-p * step)),
-                    beside: None,
-                    flaw: None,
                     modelled_s: 1e-3 * 2f64.powi(step) * (1.0 + n as f64),
                     effort: 1e5 * 2f64.powi(step) * (1.0 + n as f64),
                     steps: 8,
                     force_evaluations: 8,
-                    matvecs: 0,
-                    factorisations: 0,
-                    setups: 0,
-                    cg_iterations: 0,
-                    unconverged_steps: 0,
-                    is_on_front: false,
-                    portable: true,
+                    ..work_precision::Run::uncounted(steps, Some(0.25 / steps), verdict)
                 }
             };
             rows.push(work_precision::Row {

@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `trajectory`.
 
-use super::facts::{Beside, Facts, Flaw, Kind, LEVELS, Row, Run, Scene, Winner, tally};
+use super::facts::{Beside, Facts, Kind, LEVELS, Row, Run, Scene, Winner, tally};
 use super::words::{cheapest, counted, frequent, id, runs, winner};
 use crate::families::looks;
 use crate::studies::tiles::{legend_of_winners, signs_of_winners, told};
@@ -188,7 +188,7 @@ fn named<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Row, Look)> {
 
 /// The runs of a row that a figure shows: those with a state for each picture.
 fn drawn(row: &Row) -> impl Iterator<Item = &Run> {
-    row.runs.iter().filter(|run| run.flaw != Some(Flaw::SkipsPictures))
+    row.runs.iter().filter(|run| !run.skips_pictures())
 }
 
 /// A run in a figure of modelled time.

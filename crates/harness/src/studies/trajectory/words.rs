@@ -234,7 +234,7 @@ fn beside(facts: &Facts) -> Option<String> {
 /// The share of the motion that runs near the trajectory keep.
 fn retained(facts: &Facts) -> Option<String> {
     let all = facts.rows.iter().flat_map(|row| &row.runs);
-    let shown = all.filter(|run| run.flaw != Some(Flaw::SkipsPictures));
+    let shown = all.filter(|run| !run.skips_pictures());
     let near = shown.filter(|run| run.error.is_some_and(|error| error <= ROUGH));
     let kept: Vec<f64> = near.filter_map(|run| Some(run.beside?.retained)).collect();
     let kept = names::range(&kept, |share| significant(share, 3))?;

@@ -283,6 +283,35 @@ impl Row {
 }
 
 impl Run {
+    /// A run of which nothing is counted and no error is known.
+    #[must_use]
+    pub fn uncounted(value: f64, step_s: Option<f64>, verdict: Verdict) -> Self {
+        Self {
+            value,
+            step_s,
+            verdict,
+            error: None,
+            beside: None,
+            flaw: None,
+            modelled_s: 0.0,
+            effort: 0.0,
+            steps: 0,
+            force_evaluations: 0,
+            matvecs: 0,
+            factorisations: 0,
+            setups: 0,
+            cg_iterations: 0,
+            unconverged_steps: 0,
+            is_on_front: false,
+            portable: true,
+        }
+    }
+
+    /// Whether its steps are longer than a picture, and nothing else is wrong with it.
+    pub(in crate::studies) fn skips_pictures(&self) -> bool {
+        self.flaw == Some(Flaw::SkipsPictures)
+    }
+
     /// Whether the error is at most `level`.
     pub(in crate::studies) fn is_within(&self, level: f64) -> bool {
         self.error.is_some_and(|error| error <= level)

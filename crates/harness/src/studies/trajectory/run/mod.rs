@@ -4,7 +4,7 @@ mod cases;
 #[cfg(test)]
 mod tests;
 
-use super::facts::{Facts, Flaw, LEAD, LEVELS, Row};
+use super::facts::{Facts, LEAD, LEVELS, Row};
 use crate::HarnessError;
 use crate::cost::Prices;
 use crate::facts::{Fact, fact};
@@ -111,9 +111,8 @@ pub fn by_other_prices(facts: &Facts, prices: &Prices) -> Agreement {
 #[must_use]
 pub fn with_longer_steps(facts: &Facts) -> Agreement {
     let mut rows = facts.rows.clone();
-    for run in rows.iter_mut().flat_map(|row| &mut row.runs) {
-        run.flaw = run.flaw.filter(|flaw| *flaw != Flaw::SkipsPictures);
-    }
+    let runs = rows.iter_mut().flat_map(|row| &mut row.runs);
+    runs.filter(|run| run.skips_pictures()).for_each(|run| run.flaw = None);
     agreement(facts, &rows)
 }
 

@@ -2,7 +2,7 @@
 
 use super::cases::{Case, Damping, Stage, cases};
 use super::*;
-use crate::studies::trajectory::facts::{PICTURE_S, Run};
+use crate::studies::trajectory::facts::{Flaw, PICTURE_S, Run};
 use drape_model::Vec3;
 use drape_report::Verdict;
 
@@ -143,24 +143,14 @@ fn stabilised_methods_begin_like_implicit_ones() {
 fn row(scene: &str, method: &str, steps: u32, sweeps: u64, modelled_s: f64) -> Row {
     let step_s = 0.25 / f64::from(steps);
     let run = Run {
-        value: f64::from(steps),
-        step_s: Some(step_s),
-        verdict: Verdict::Completed,
         // Equal runs of two methods are not ranked.
         error: Some(1e-3 + 1e-9 * modelled_s),
-        beside: None,
         flaw: (step_s > PICTURE_S).then_some(Flaw::SkipsPictures),
         modelled_s,
         effort: 1.0,
         steps: u64::from(steps),
         force_evaluations: sweeps,
-        matvecs: 0,
-        factorisations: 0,
-        setups: 0,
-        cg_iterations: 0,
-        unconverged_steps: 0,
-        is_on_front: false,
-        portable: true,
+        ..Run::uncounted(f64::from(steps), Some(step_s), Verdict::Completed)
     };
     Row {
         scene: scene.to_owned(),

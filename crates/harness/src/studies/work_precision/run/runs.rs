@@ -192,25 +192,8 @@ impl Setting {
     fn not_begun(&self, variant: &Variant, value: f64) -> Result<Run, HarnessError> {
         let choice = variant.choice(value)?;
         let step_s = choice.as_ref().map(|_| SPAN / Self::steps(variant, value));
-        Ok(Run {
-            value,
-            step_s,
-            verdict: Verdict::OverBudget,
-            error: None,
-            beside: None,
-            flaw: None,
-            modelled_s: 0.0,
-            effort: 0.0,
-            steps: 0,
-            force_evaluations: 0,
-            matvecs: 0,
-            factorisations: 0,
-            setups: 0,
-            cg_iterations: 0,
-            unconverged_steps: 0,
-            is_on_front: false,
-            portable: choice.is_some_and(|choice| choice.is_portable()),
-        })
+        let portable = choice.is_some_and(|choice| choice.is_portable());
+        Ok(Run { portable, ..Run::uncounted(value, step_s, Verdict::OverBudget) })
     }
 
     fn integrate(
