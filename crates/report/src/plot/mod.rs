@@ -272,3 +272,82 @@ pub fn values(found: impl Iterator<Item = f64>) -> Vec<f64> {
     values.dedup();
     values
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The texts of a drawing, with the horizontal and vertical places where they stand.
+    fn texts(svg: &str) -> Vec<(String, f64, f64)> {
+        let number = |tag: &str, key: &str| -> f64 {
+            let rest = tag.split(&format!(" {key}=\"")).nth(1).expect("a place");
+            rest.split('"').next().and_then(|text| text.parse().ok()).expect("a number")
+        };
+        let tags = svg.split("<text").skip(1).map(|tag| tag.split("</text>").next().unwrap_or(tag));
+        tags.map(|tag| {
+            let text = tag.split_once('>').map_or("", |(_, text)| text).trim().to_owned();
+            (text, number(tag, "x"), number(tag, "y"))
+        })
+        .collect()
+    }
+
+    fn drawn(drawing: &dyn Drawing) -> String {
+        drawing.svg("A title", "What it shows.").expect("a drawing")
+    }
+
+    fn width(svg: &str) -> &str {
+        svg.split("width=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a width")
+    }
+
+    fn sheet() -> Sheet {
+        let draft = |name: &str| {
+            let points = [1.0, 2.0].map(|x| Point { x, y: x, state: State::Stable }).to_vec();
+            let series =
+                Series::new("a method".to_owned(), Look::number(0), points).expect("points");
+            (vec![name.to_owned()], vec![series], Vec::new())
+        };
+        let drafts = ["one", "two", "three"].into_iter().map(draft).collect();
+        let x = |values: &[f64]| Axis::linear("time", values);
+        panels_of(drafts, x, |values| Axis::linear("error", values)).expect("panels")
+    }
+
+    /// On the slim page two panels share a vertical axis, and the legend stands above them.
+    #[test]
+    fn a_dense_sheet_is_slim_and_names_its_vertical_axis_once_a_row() {
+        let (wide, dense) = (drawn(&sheet()), drawn(&Dense(sheet())));
+        assert_eq!((width(&wide), width(&dense)), ("1000", "680"));
+        let named = |svg: &str, name: &str| texts(svg).iter().filter(|t| t.0 == name).count();
+        assert_eq!((named(&wide, "error"), named(&dense, "error")), (3, 2));
+        let place = |svg: &str, name: &str| texts(svg).iter().find(|t| t.0 == name).map(|t| t.2);
+        assert!(place(&dense, "a method") < place(&dense, "one"), "{:?}", texts(&dense));
+        assert!(place(&wide, "a method") > place(&wide, "three"), "{:?}", texts(&wide));
+    }
+
+    /// On the slim page the labels of the rows stand above their tiles.
+    #[test]
+    fn a_stacked_matrix_is_slim_and_has_its_labels_above_the_tiles() {
+        let tile = || Tile { shade: Shade::Good, text: "s".to_owned(), is_marked: false };
+        let matrix = || Matrix {
+            columns: vec!["first".to_owned(), "second".to_owned()],
+            rows: vec![Row {
+                label: "a rather long label of the row".to_owned(),
+                is_first: true,
+                tiles: vec![vec![tile()], vec![tile()]],
+            }],
+            legend: vec![(tile(), "stable".to_owned())],
+            notes: Vec::new(),
+        };
+        let (beside, above) = (drawn(&matrix()), drawn(&Stacked(matrix())));
+        assert_eq!((width(&beside), width(&above)), ("1000", "680"));
+        let places = |svg: &str| {
+            let all = texts(svg);
+            let label = all.iter().find(|text| text.0.starts_with("a rather")).cloned();
+            let tile = all.into_iter().find(|text| text.0 == "s");
+            (label.expect("a label"), tile.expect("a tile"))
+        };
+        let (label, tile) = places(&beside);
+        assert!((label.2 - tile.2).abs() < 2.0, "{label:?} beside {tile:?}");
+        let (label, tile) = places(&above);
+        assert!(label.2 < tile.2 - 10.0 && tile.1 < 680.0 / 2.0, "{label:?} above {tile:?}");
+    }
+}

@@ -1,5 +1,6 @@
 //! `drape compare`.
 
+use super::refusal;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
 use crate::cli::limit::LimitArguments;
@@ -173,7 +174,7 @@ fn refused(error: HarnessError, scene: &str) -> anyhow::Error {
 fn shard(shard: Option<Shard>) -> Result<Option<Shard>, Violation> {
     match shard {
         Some(Shard::Timed) => {
-            Err(refusal("--shard", "timed", "I/N: every run of a comparison is timed"))
+            Err(refusal("--shard", "`timed`", "I/N: every run of a comparison is timed"))
         }
         shard => Ok(shard),
     }
@@ -186,7 +187,7 @@ fn check_parts(parts: &[PathBuf], name: &str) -> Result<(), Violation> {
     let Some(part) = parts.iter().find(lacks) else { return Ok(()) };
     let expected = "folders of `drape compare --shard` of the same scene with the same --metric, \
                     --target, --frame, --duration, --seed and --exhaustive, not yet joined";
-    Err(refusal("--parts", &part.display().to_string(), expected))
+    Err(refusal("--parts", format_args!("`{}`", part.display()), expected))
 }
 
 /// What a shard says when its forms have been raced, or the time is over.
@@ -244,16 +245,12 @@ impl Arguments {
     }
 }
 
-fn refusal(key: &str, value: &str, expected: &str) -> Violation {
-    Violation { path: key.to_owned(), value: format!("`{value}`"), expected: expected.to_owned() }
-}
-
 /// Frames a second, from the length of one.
 fn rate(text: &str) -> Result<f64, Violation> {
     let rate = fraction(text).map(|(a, b)| b / a);
     let expected = "a length in seconds above 0, as a number or a fraction such as 1/60";
     rate.filter(|rate| *rate > 0.0 && rate.is_finite())
-        .ok_or_else(|| refusal("--frame", text, expected))
+        .ok_or_else(|| refusal("--frame", format_args!("`{text}`"), expected))
 }
 
 /// Refuses a frame that is longer than the motion: often it is a number of frames a second.
@@ -262,7 +259,7 @@ fn check_frame(text: &str, step_s: f64, duration_s: f64) -> Result<(), Violation
         "a length of at most the {duration_s} s of the motion; for 60 frames a second, 1/60"
     );
     let is_short = step_s <= duration_s * (1.0 + 1e-9);
-    is_short.then_some(()).ok_or_else(|| refusal("--frame", text, &expected))
+    is_short.then_some(()).ok_or_else(|| refusal("--frame", format_args!("`{text}`"), &expected))
 }
 
 /// A time with its unit; seconds without one.
@@ -273,7 +270,10 @@ fn budget(text: &str) -> Result<Duration, Violation> {
         Duration::try_from_secs_f64(number * factor).ok()
     };
     let expected = "a time such as 90, 90s, 5m or 1h";
-    units.into_iter().find_map(read).ok_or_else(|| refusal("--budget", text, expected))
+    units
+        .into_iter()
+        .find_map(read)
+        .ok_or_else(|| refusal("--budget", format_args!("`{text}`"), expected))
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! `drape export`.
 
+use super::refusal;
 use drape_harness::compare;
 use drape_harness::export::{COLUMNS, dictionary, tables};
 use drape_harness::studies;
-use drape_model::Violation;
 use drape_report::ReportError;
 use drape_report::file::write_atomically;
 use drape_report::tell;
@@ -70,12 +70,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let files: Vec<_> = tables.iter().map(|table| file(&table.name())).collect();
     let present = files.iter().chain([&words]).find(|file| !arguments.force && file.exists());
     if let Some(file) = present {
-        return Err(Violation {
-            path: "--out".to_owned(),
-            value: format!("`{}`", file.display()),
-            expected: "a file that does not exist yet, or --force to replace it".to_owned(),
-        }
-        .into());
+        let value = format_args!("`{}`", file.display());
+        let expected = "a file that does not exist yet, or --force to replace it";
+        return Err(refusal("--out", value, expected).into());
     }
     check_folder("--out", &out)?;
     let header = COLUMNS.map(|(name, _, _)| name);

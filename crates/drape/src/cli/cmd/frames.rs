@@ -1,5 +1,6 @@
 //! Frames of a run: a sequence of OBJ files, a glTF animation.
 
+use super::refusal;
 use crate::cli::number::number;
 use crate::cli::output::{Sink, check_extension};
 use drape_harness::{Moving, OrderedSimulation};
@@ -63,19 +64,14 @@ impl Frames {
         time: TimeSpan,
         (inputs, record): (&[PathBuf], Option<&Sink>),
     ) -> anyhow::Result<Option<Self>> {
-        let refuse = |path: &str, value: String, expected: String| Violation {
-            path: path.to_owned(),
-            value,
-            expected,
-        };
         if let Some(fps) = arguments.fps {
             if !(fps > 0.0 && fps <= MOST_FPS) {
                 let expected = format!("a number above 0 and at most {MOST_FPS:e}");
-                return Err(refuse("--fps", fps.to_string(), expected).into());
+                return Err(refusal("--fps", fps, expected).into());
             }
             if arguments.frames.is_none() && arguments.animation.is_none() {
                 let expected = "`--frames DIR` or `--animation FILE.glb` beside it".to_owned();
-                return Err(refuse("--fps", fps.to_string(), expected).into());
+                return Err(refusal("--fps", fps, expected).into());
             }
         }
         let fps = arguments.fps.unwrap_or(USUAL_FPS);
@@ -90,10 +86,10 @@ impl Frames {
                     "at most {} frames: a smaller --fps or --duration",
                     animation::MOST_FRAMES
                 );
-                return Err(refuse("--animation", format!("{most} frames"), expected));
+                return Err(refusal("--animation", format!("{most} frames"), expected));
             }
             Animation::check_size(spec.particles.mass_kg.len(), most).map_err(|error| {
-                refuse("--animation", format!("{most} frames"), format!("a smaller file: {error}"))
+                refusal("--animation", format!("{most} frames"), format!("a smaller file: {error}"))
             })?;
             Ok((sink, Animation::new(subject())))
         });
@@ -175,10 +171,9 @@ impl Frames {
 
 /// Makes a folder for frames. A folder with files is refused, so that frames of two runs never mix.
 fn prepare(folder: &Path) -> Result<(), Violation> {
-    let refuse = |reason: String| Violation {
-        path: "--frames".to_owned(),
-        value: folder.display().to_string(),
-        expected: format!("a new or empty folder that can be written ({reason})"),
+    let refuse = |reason: String| {
+        let expected = format!("a new or empty folder that can be written ({reason})");
+        refusal("--frames", folder.display(), expected)
     };
     let made = std::fs::create_dir_all(folder).and_then(|()| std::fs::read_dir(folder));
     let mut entries = made.map_err(|error| refuse(error.to_string()))?;

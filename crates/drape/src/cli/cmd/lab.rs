@@ -1,8 +1,8 @@
 //! `drape lab`.
 
+use super::refusal;
 use crate::cli::output::print;
 use drape_lab::Server;
-use drape_model::Violation;
 use drape_report::tell;
 use std::process::{Command, Stdio};
 
@@ -20,10 +20,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let refuse = |error: std::io::Error| Violation {
-        path: "--port".to_owned(),
-        value: arguments.port.to_string(),
-        expected: format!("a port that is free ({error}); 0 takes any free one"),
+    let refuse = |error: std::io::Error| {
+        let expected = format!("a port that is free ({error}); 0 takes any free one");
+        refusal("--port", arguments.port, expected)
     };
     let server = Server::bind(arguments.port).map_err(refuse)?;
     let mut address = server.address();

@@ -1,6 +1,7 @@
 //! `drape material`.
 
 use super::readings::{self, Reading};
+use super::refusal;
 use crate::cli::output::{Sink, check_extension, print};
 use drape_model::Violation;
 use drape_model::fabric::{Material, Table};
@@ -52,10 +53,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn is_table(file: &str) -> bool {
     Path::new(file).extension().is_some_and(|end| end.eq_ignore_ascii_case("csv"))
-}
-
-fn refusal(key: &str, value: impl ToString, expected: &str) -> Violation {
-    Violation { path: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
 }
 
 /// A bundled material, or one from a file.

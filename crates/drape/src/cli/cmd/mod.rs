@@ -19,3 +19,11 @@ pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod schema;
 pub(crate) mod system;
+
+use drape_model::Violation;
+use std::fmt::Display;
+
+/// The refusal of an option's value.
+fn refusal(option: &str, value: impl Display, expected: impl Into<String>) -> Violation {
+    Violation { path: option.to_owned(), value: value.to_string(), expected: expected.into() }
+}

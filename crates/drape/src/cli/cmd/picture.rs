@@ -1,5 +1,6 @@
 //! `drape picture`.
 
+use super::refusal;
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::limit::LimitArguments;
@@ -80,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let size = size(&arguments.size)?;
     check_extension("--out", &arguments.out, "png", "PNG image")?;
     let view = View::from_str(&arguments.camera)
-        .map_err(|error| refusal("--camera", &arguments.camera, &error.to_string()))?;
+        .map_err(|error| refusal("--camera", &arguments.camera, error.to_string()))?;
     let choices = choices(arguments)?;
     let input = load(&arguments.scene, arguments.limit, choices.first())?;
     let time = drape_harness::time_span(arguments.dt, arguments.duration, &input)?;
@@ -88,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let inputs = files(&arguments.scene, &input);
     if times.len() > 1 && is_stream(&arguments.out) {
         let expected = format!("FILE.png: {} pictures need a file each", times.len());
-        return Err(refusal("--out", &arguments.out.display().to_string(), &expected).into());
+        return Err(refusal("--out", arguments.out.display(), &expected).into());
     }
     let sinks = numbered(&arguments.out, times.len());
     let sink = |file: &PathBuf| Sink::check("--out", file, &inputs);
@@ -126,7 +127,9 @@ fn choices(arguments: &Arguments) -> anyhow::Result<Vec<Choice>> {
     let Arguments { methods, settings, .. } = arguments;
     if methods.len() > MOST {
         let expected = format!("at most {MOST} methods");
-        return Err(refusal("--method", &format!("{} methods", methods.len()), &expected).into());
+        return Err(
+            refusal("--method", format_args!("{} methods", methods.len()), &expected).into()
+        );
     }
     if let ([_, _, ..], Some(setting)) = (&methods[..], settings.first()) {
         let expected = "no --set beside several methods: write METHOD:KEY=VALUE";
@@ -243,10 +246,6 @@ fn look(shots: &mut [Shot], moving: Moving<'_>) {
     }
 }
 
-fn refusal(key: &str, value: &str, expected: &str) -> Violation {
-    Violation { path: key.to_owned(), value: value.to_owned(), expected: expected.to_owned() }
-}
-
 /// Reads a size.
 fn size(text: &str) -> Result<[u32; 2], Violation> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
@@ -265,7 +264,7 @@ fn moments(times: &[f64], time: TimeSpan) -> Result<Vec<f64>, Violation> {
     match times.iter().find(is_wrong) {
         Some(due) => {
             let expected = format!("a time from 0 to the duration, {} s", time.duration_s);
-            Err(refusal("--time", &due.to_string(), &expected))
+            Err(refusal("--time", due, &expected))
         }
         None => Ok(times.to_vec()),
     }

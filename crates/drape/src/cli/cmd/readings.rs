@@ -1,5 +1,6 @@
 //! Readings of textile instruments for `drape material --reading`.
 
+use super::refusal;
 use drape_model::Violation;
 use drape_model::fabric::{Material, Woven, units};
 
@@ -63,11 +64,7 @@ impl std::str::FromStr for Reading {
 /// A [`Violation`] at `--reading`: a constant that is set twice, one of two extensions without the
 /// other, or a constant out of range.
 pub(crate) fn apply(readings: &[Reading], material: &mut Material) -> Result<(), Violation> {
-    let refuse = |value: String, expected: &str| Violation {
-        path: "--reading".to_owned(),
-        value,
-        expected: expected.to_owned(),
-    };
+    let refuse = |value: String, expected: &str| refusal("--reading", value, expected);
     let find = |name: &str| readings.iter().find(|reading| reading.key.name == name);
     for (place, reading) in readings.iter().enumerate() {
         let is_pair = |other: &Reading| {

@@ -2,6 +2,7 @@
 
 use super::frames::Frames;
 use super::probe::{Form, Probes};
+use super::refusal;
 use crate::cli::exit::Diverged;
 use crate::cli::input::{files, in_file, load};
 use crate::cli::interrupt::{self, Interrupted};
@@ -16,7 +17,7 @@ use drape_harness::methods::{Choice, MethodError};
 use drape_harness::record::{Run, Sample};
 use drape_harness::{HarnessError, Moment, OrderedSimulation, Passage, Peak, Team, time_span};
 use drape_integrator::ExplicitNumbers;
-use drape_model::{SystemSpec, TimeSpan, Violation};
+use drape_model::{SystemSpec, TimeSpan};
 use drape_report::{printable, tell};
 use std::collections::BTreeSet;
 use std::num::NonZero;
@@ -153,10 +154,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if is_driven { runner.ledger() } else { runner }
         })
     };
-    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| Violation {
-        path: "--threads".to_owned(),
-        value: threads.to_string(),
-        expected: format!("fewer threads: the system refuses so many ({error})"),
+    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| {
+        let expected = format!("fewer threads: the system refuses so many ({error})");
+        refusal("--threads", threads, expected)
     })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
