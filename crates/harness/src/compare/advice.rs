@@ -1,6 +1,7 @@
 //! What a record advises, in a few lines.
 
 use super::facts::{End, Facts, Form, Run, Scene, TIE, Truth};
+use crate::judgement::percent;
 use drape_report::number::significant;
 use drape_report::{Verdict, printable};
 
@@ -252,7 +253,14 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
             }
             _ => "",
         };
-        format!("{error}{}{solves}{pushed}{open}", milliseconds(run.frame_s))
+        let slow = run.foreseen.map_or_else(String::new, |share| {
+            format!(
+                "; by theory it keeps {} of a motion against the springs: `drape run`, which looks \
+                 at a few windows, may say `locked`",
+                percent(share)
+            )
+        });
+        format!("{error}{}{solves}{pushed}{open}{slow}", milliseconds(run.frame_s))
     };
     let left = facts.forms.iter().filter(|form| form.end == End::OutOfTime).count();
     match (&advice.take, &advice.closest) {

@@ -812,6 +812,7 @@ impl Track for Course<'_> {
             repetitions: 1,
             holds_when_pushed: None,
             pushed_m: None,
+            foreseen: None,
         };
         let end = if outcome.is_over_budget { reason } else { None };
         if end.is_none() {
@@ -826,6 +827,7 @@ impl Track for Course<'_> {
                 let effort = counts.outcome.effort;
                 let still = self.stage.stands_still(choice, substeps, (&check, effort), truth);
                 run.retained = run.retained.or(still.share);
+                run.foreseen = self.stage.foreseen(choice, substeps);
                 if still.is_locked {
                     run.verdict = Verdict::Locked;
                 }

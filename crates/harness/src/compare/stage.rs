@@ -208,11 +208,19 @@ impl Stage {
             Kept::Share { share, .. } => Some(share),
             Kept::Still | Kept::Unknown(_) => None,
         };
-        let expected = || {
-            let time = self.camera.span(substeps, self.camera.frames);
-            Expected::by(|| self.lever(choice, time.duration_s), choice, time)
-        };
+        let expected = || self.expected(choice, substeps);
         Stillness { share, is_locked: judgement::is_locked(kept, expected) }
+    }
+
+    /// What theory predicts for a run.
+    fn expected(&self, choice: &Choice, substeps: u32) -> Expected {
+        let time = self.camera.span(substeps, self.camera.frames);
+        Expected::by(|| self.lever(choice, time.duration_s), choice, time)
+    }
+
+    /// The share of the motion that a run keeps by theory, where that locks it.
+    pub(super) fn foreseen(&self, choice: &Choice, substeps: u32) -> Option<f64> {
+        self.expected(choice, substeps).share().filter(|share| *share < LOCKED)
     }
 
     fn lever(&self, choice: &Choice, duration_s: f64) -> Result<Lever, Unforeseen> {

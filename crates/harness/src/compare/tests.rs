@@ -28,6 +28,7 @@ fn run(form: usize, substeps: u32, verdict: Verdict, error_m: f64, frame_s: f64)
         repetitions: 1,
         holds_when_pushed: None,
         pushed_m: None,
+        foreseen: None,
     }
 }
 
@@ -142,6 +143,12 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
         lines(&driven, &advise(&driven)).into_iter().find(|line| line.starts_with("expect"));
     let told = "not judged while pins, obstacles or wind did work: `drape run` may end with";
     assert!(expect.is_some_and(|line| line.contains(told)));
+    // Where theory says that the advised run locks, so does `drape run`.
+    assert!(!line("expect").contains("locked"), "{text:?}");
+    let mut slow = facts.clone();
+    slow.runs[1].foreseen = Some(0.17);
+    let expect = lines(&slow, &advise(&slow)).into_iter().find(|line| line.starts_with("expect"));
+    assert!(expect.is_some_and(|line| line.contains("keeps 17 %") && line.contains("`locked`")));
     let command = line("run it");
     assert!(command.contains("'my shirt.json'") && command.contains("--dt 0.01 "), "{command}");
 }
