@@ -538,9 +538,16 @@ pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
 }
 
-/// Experiments that take longer than all others together. Only `drape reproduce --long` runs them;
-/// `drape reproduce` leaves their records as they are.
-const LONG: [&str; 1] = [animation::LONG.name];
+/// Experiments that only `drape reproduce --long` runs: those on large cloth, for long, or on the many
+/// scenes where methods fail, and the one to whose runs prices are fitted, with the one that tests
+/// advice from it. `drape reproduce` leaves their records as they are.
+const LONG: [&str; 5] = [
+    hard_cases::STUDY.name,
+    work_precision::STUDY.name,
+    animation::LONG.name,
+    regret::STUDY.name,
+    scaling::STUDY.name,
+];
 
 /// Whether only `drape reproduce --long` runs an experiment.
 pub fn is_long(study: &dyn Study) -> bool {

@@ -294,13 +294,14 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
     Ok(Answer { take, measured, bundled, why })
 }
 
-/// The fastest good method on a scene with `part` in its name, with its share of the time of
-/// `symplectic-euler`, and the forms that tie with it.
-fn fastest(results: &Path, study: &str, part: &str) -> Result<(Frames, String), String> {
+/// The fastest good method on the first scene of `animation-long` with `part` in its name, with its
+/// share of the time of `symplectic-euler`, and the forms that tie with it.
+fn fastest(results: &Path, part: &str) -> Result<(Frames, String), String> {
     use animation::facts::Run;
-    let frames = Frames::of(results, study, part)?;
+    let frames = Frames::of(results, "animation-long", part)?;
     let Frames { scene, least, .. } = &frames;
-    let (first, time) = least.first().ok_or_else(|| format!("{study}, {part}: no run is good"))?;
+    let (first, time) =
+        least.first().ok_or_else(|| format!("animation-long, {part}: no run is good"))?;
     let form = |run: &Run| match (form_beside_calls(run), run.inside) {
         (form, Some(_)) => format!("`{form}` ({} a frame)", run.calls(scene)),
         (form, None) => format!("`{form}`"),
@@ -321,9 +322,9 @@ fn fastest(results: &Path, study: &str, part: &str) -> Result<(Frames, String), 
 /// # Errors
 /// When a record cannot be read or lacks one of these scenes.
 pub fn on_large_cloth(results: &Path) -> Result<String, String> {
-    let meshes = [("animation", "2500"), ("animation-long", "10000"), ("animation-long", "40000")];
-    let told = meshes.map(|(study, particles)| {
-        let (_, told) = fastest(results, study, &format!("{HANGING}{particles}"))?;
+    let meshes = ["2500", "10000", "40000"];
+    let told = meshes.map(|particles| {
+        let (_, told) = fastest(results, &format!("{HANGING}{particles}"))?;
         Ok::<_, String>(format!("{particles} particles: {told}"))
     });
     Ok(told.into_iter().collect::<Result<Vec<_>, _>>()?.join(". "))
@@ -334,7 +335,7 @@ pub fn on_large_cloth(results: &Path) -> Result<String, String> {
 /// # Errors
 /// As [`on_large_cloth`].
 pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
-    let (frames, told) = fastest(results, "animation-long", &format!("{HANGING}2500, 5 s"))?;
+    let (frames, told) = fastest(results, &format!("{HANGING}2500, 5 s"))?;
     Ok(format!("{}: {told}", frames.within()))
 }
 

@@ -18,11 +18,12 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
-    /// Run only the long experiments, which a full run leaves out (--quick runs a part of them)
+    /// Run only the long experiments, which a full run leaves out: large cloth, long motions, hard
+    /// cases, and what the modelled times rest on (--quick runs a part of them)
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     long: bool,
-    /// End a long experiment after this many minutes. The record then names what is missing. The
-    /// next run continues and repeats the cell that was interrupted
+    /// Begin nothing after this many minutes. animation-long then ends, and its record names what is
+    /// missing. The next run continues and repeats the cell that was interrupted
     #[arg(long, value_name = "N", requires = "long", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     minutes: Option<u64>,
     #[command(flatten)]
@@ -49,14 +50,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
     let until = arguments.minutes.map(|minutes| begin + Duration::from_secs(60 * minutes));
-    let (quick, long) = (arguments.quick, arguments.long);
+    let (quick, long) = (arguments.quick, arguments.long && arguments.shard.is_whole());
     let run = Run { out: &out, quick, long, unfinished: &unfinished, until };
     if arguments.shard.compute(&run, &chosen)? {
         return Ok(());
     }
     let mut written = Vec::new();
     for (place, experiment) in Place::each(&chosen) {
-        if run.record(experiment, place)? {
+        if until.is_some_and(|until| Instant::now() >= until) {
+            tell!("{}: not begun", experiment.name());
+        } else if run.record(experiment, place)? {
             written.push(experiment.name());
         }
     }
@@ -70,11 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let long = all().iter().filter(|study| is_long(**study)).map(|study| study.name());
         let long = long.collect::<Vec<_>>().join(", ");
         tell!(
-            "left as it was: {long}; `drape reproduce --long` runs it, and goes on where it stopped"
-        );
-        tell!(
-            "not taken: the timings of regret (`drape experiment regret`) and of work-precision \
-             (`drape experiment work-precision --timings`)"
+            "left as they were: {long}; `drape reproduce --long` runs them, and goes on where it \
+             stopped"
         );
     }
     tell!(

@@ -66,9 +66,7 @@ fn first_forms() -> Vec<Film> {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    let more = "Two scenes show whether the findings hold for longer times and finer meshes: one \
-                lasts 5 s, and one has 2500 particles. They run only the first form of each \
-                method, which was chosen after the small scenes had been run. On all scenes an \
+    let more = "The study `animation-long` has larger cloth and longer motions. On all scenes an \
                 explicit method runs on until one of its runs is also good, as the figures count \
                 it.";
     format!("{} {more}", common())
@@ -77,8 +75,10 @@ pub(super) fn method() -> String {
 /// How the facts of the long study are measured.
 pub(super) fn long_method() -> String {
     let more = format!(
-        "The scenes of this study last 5 s or have up to 40 000 particles. They run only the first \
-         form of each method. Beyond {} particles along an edge the sweeps of a frame grow no \
+        "The scenes of this study last 5 s or have 2500 to 40 000 particles. They run only the first \
+         form of each method, which was chosen after the small scenes of `animation` had been run. \
+         On the first two scenes an explicit method runs on until one of its runs is also good, as \
+         the figures count it. Beyond {} particles along an edge the sweeps of a frame grow no \
          further, and an explicit method is not tried with more calls after a sound run that is \
          off by at most {} mm. A record may lack forms or scenes: it names them, and the next run \
          adds them. The quick subset has none of these scenes.",
