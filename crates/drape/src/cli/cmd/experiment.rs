@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let run = Run {
         out: &out,
         quick: arguments.quick,
-        long: arguments.shard.is_whole(),
+        long: arguments.shard.shard.is_none(),
         unfinished: &unfinished,
         until: None,
     };
@@ -265,11 +265,6 @@ impl Run<'_> {
 }
 
 impl ShardArgument {
-    /// Whether this process computes all cells.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.shard.is_none()
-    }
-
     /// Computes the shard of each study, if one is asked for.
     pub(crate) fn compute(
         self,

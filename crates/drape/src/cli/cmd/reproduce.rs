@@ -50,8 +50,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let unfinished = super::experiment::enter(&out, arguments.fresh)?;
     let until = arguments.minutes.map(|minutes| begin + Duration::from_secs(60 * minutes));
-    let (quick, long) = (arguments.quick, arguments.long && arguments.shard.is_whole());
-    let run = Run { out: &out, quick, long, unfinished: &unfinished, until };
+    let run =
+        Run { out: &out, quick: arguments.quick, long: false, unfinished: &unfinished, until };
     if arguments.shard.compute(&run, &chosen)? {
         return Ok(());
     }
@@ -75,6 +75,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         tell!(
             "left as they were: {long}; `drape reproduce --long` runs them, and goes on where it \
              stopped"
+        );
+        tell!(
+            "taken by neither: the timings of regret (`drape experiment regret`) and of \
+             work-precision (`drape experiment work-precision --timings`)"
         );
     }
     tell!(
