@@ -63,7 +63,7 @@ pub enum HarnessError {
     /// Missing cells belong to other shards, so this process may not compute them.
     #[error("the missing cells belong to other shards; join the shards with `drape merge`")]
     Elsewhere,
-    /// The time of a long study ended within a run.
+    /// The time of a study that may stop ended within a run.
     #[error("the time limit of --minutes is over")]
     Late,
     /// A folder that is to be merged holds no fitting part.

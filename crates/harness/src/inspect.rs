@@ -60,6 +60,8 @@ pub struct Inspection {
     pub stiffness_over_mass_per_s2: Option<[f64; 2]>,
     /// Largest eigenvalue of the stiffness over the mass at the start, 1/s², approached from below.
     pub largest_eigenvalue_per_s2: f64,
+    /// Damping ratio ζ of the mode of this eigenvalue, by the damping of the springs.
+    pub damping_ratio: f64,
     /// Longest stable step by method id, s, of the methods that take their springs at the old level.
     /// It is on the safe side: the stiffest mode has the largest damping of all modes.
     pub explicit_limits_s: BTreeMap<String, f64>,
@@ -162,6 +164,7 @@ pub fn inspect(spec: &SystemSpec) -> Result<Inspection, Violation> {
         rest_length_m: range(spec.springs.iter().map(|s| s.rest_length_m)),
         stiffness_over_mass_per_s2: range(quotients),
         largest_eigenvalue_per_s2: stage.eigenvalue,
+        damping_ratio: stage.damping_ratio,
         explicit_limits_s: stage.explicit_limits(),
         motion_unforeseen: stage.lever(Implicit::Springs).err().map(|reason| reason.to_string()),
         doubts: Vec::new(),
@@ -279,6 +282,8 @@ struct Stage<'a> {
     simulation: &'a Simulation,
     /// Largest eigenvalue of the stiffness over the mass at the start, from below, 1/s².
     eigenvalue: f64,
+    /// Damping ratio of its mode.
+    damping_ratio: f64,
     /// Bounds of the stiffness and damping over the mass from above, 1/s² and 1/s.
     bounds: (f64, f64),
     levers: [Result<Lever, Unforeseen>; 2],
@@ -288,9 +293,12 @@ impl<'a> Stage<'a> {
     fn of(simulation: &'a Simulation) -> Self {
         let Simulation { system, state } = simulation;
         let lever = |implicit| Lever::of(system, state, implicit, SPAN);
+        let mut mode = LargestEigenvalue::new(system);
+        let eigenvalue = mode.estimate(system, &state.x, PRODUCTS);
         Self {
             simulation,
-            eigenvalue: LargestEigenvalue::new(system).estimate(system, &state.x, PRODUCTS),
+            eigenvalue,
+            damping_ratio: mode.damping_ratio(system, &state.x, eigenvalue),
             bounds: gershgorin(system),
             levers: [lever(Implicit::Springs), lever(Implicit::Tension)],
         }
@@ -502,6 +510,34 @@ mod tests {
         let limit = sheet.explicit_limits_s["symplectic-euler"];
         assert!((5e-4..1e-3).contains(&limit), "{limit}");
         assert_eq!(sheet.methods.len(), methods::all().count());
+    }
+
+    /// A spring of mass m has `ζ = d/(2 √(km))`. Where each spring is damped along itself by `c = βk`,
+    /// the stiffest mode has `ζ = β ω/2`. The sheets of `trajectory` have their ratio in their name.
+    #[test]
+    fn the_damping_ratio_is_that_of_the_stiffest_mode() {
+        let mut spring = drape_model::load("oscillator").unwrap().spec().clone();
+        for damping in [0.0, 3.0, 20.0] {
+            let own = &mut spring.springs[0];
+            own.damping_n_s_per_m = damping;
+            let mass = spring.particles.mass_kg[1];
+            let exact = damping / (2.0 * (own.stiffness_n_per_m * mass).sqrt());
+            let found = inspect(&spring).unwrap().damping_ratio;
+            assert!((found - exact).abs() <= 1e-9 * exact, "{damping}: {found}, not {exact}");
+            assert!(found.is_sign_positive());
+        }
+        let mut denim = drape_model::load("hanging-denim").unwrap().spec().clone();
+        denim.damping = drape_model::DampingLaw::Projected;
+        denim.springs.retain(|spring| spring.effect != drape_model::SpringEffect::Bending);
+        let denim = inspect(&denim).unwrap();
+        let exact = 0.5 * 0.0002 * denim.largest_eigenvalue_per_s2.sqrt();
+        assert!((denim.damping_ratio / exact - 1.0).abs() < 1e-3, "{denim:?}, not {exact}");
+        for (part, ratio) in [("1e2", 0.01), ("1e6", 0.1), ("1e6", 1.0)] {
+            let name = format!("trajectory/k/m = {part}, ζ = {ratio}");
+            let start = crate::studies::start(&name).unwrap().unwrap();
+            let found = inspect(&start.system().unwrap()).unwrap().damping_ratio;
+            assert!((found / ratio - 1.0).abs() < 0.05, "{name}: {found}");
+        }
     }
 
     #[test]

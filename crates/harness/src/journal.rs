@@ -279,7 +279,7 @@ pub struct Journal {
     scope: Scope,
     /// Cells that the journal does not hold and this process may not compute.
     missing: Mutex<Vec<Missing>>,
-    /// The moment after which no cell of a long study is computed.
+    /// The moment after which no cell of a study that may stop (`animation-long`) is computed.
     until: Option<Instant>,
     /// Shards that are done, each with the number of cells in the journal at that moment.
     shards: Vec<(String, usize)>,
@@ -371,13 +371,14 @@ impl Journal {
         Self { scope: Scope::Shard(shard), ..self }
     }
 
-    /// The same journal for a process that computes no cell of a long study after `until`.
+    /// The same journal for a process that computes no cell of a study that may stop
+    /// (`animation-long`) after `until`.
     #[must_use]
     pub fn until(self, until: Option<Instant>) -> Self {
         Self { until, ..self }
     }
 
-    /// The time after which no cell of a long study is computed.
+    /// The time after which no cell of such a study is computed.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.until
     }

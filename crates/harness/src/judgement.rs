@@ -373,8 +373,7 @@ fn motion(kept: Option<Kept>, expected: &Expected) -> (Judged, String) {
     match kept {
         Some(Kept::Share { share, windows, steps }) => {
             let measured = format!(
-                "it kept {} of the motion in {windows} {} of {steps} steps beside a reference; \
-                 {told}",
+                "it moved {} as far as a reference in {windows} {} of {steps} steps; {told}",
                 percent(share),
                 if windows == 1 { "window" } else { "windows" }
             );

@@ -582,7 +582,7 @@ fn the_index_names_question_findings_figures_and_command() {
     let folder = complete();
     let page = drawn(folder.path()).remove("README.md").unwrap();
     for text in [
-        "The conclusion of tables.",
+        "The conclusion of animation. ([animation](#animation)) ",
         "**What does tables ask?**",
         "The conclusion of tables.",
         "- An observation, a | b.",

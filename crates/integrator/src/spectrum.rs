@@ -3,7 +3,7 @@
 
 use crate::Implicit;
 use crate::random::Lcg;
-use drape_model::{Effect, Revisions, System, Tangent, Vec3};
+use drape_model::{Effect, Level, Part, Revisions, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
 
 /// Products between two checks of the estimate's growth in [`LargestEigenvalue::converge`].
@@ -83,6 +83,21 @@ impl LargestEigenvalue {
             }
         }
         quotient
+    }
+
+    /// The damping ratio `ζ = pᵀ D p / (2 √λ pᵀ M p)` of the direction `p` that the last
+    /// [estimate](Self::estimate) `λ` led to, by the damping `D` of the springs at `x`; 0 without
+    /// springs. The mode is critically damped for `ζ = 1`.
+    pub fn damping_ratio(&mut self, system: &System, x: &[Vec3], eigenvalue: f64) -> f64 {
+        system.clear_pinned(&mut self.direction);
+        let Self { direction, product } = self;
+        product.fill(Vec3::zeros());
+        let springs = Implicit::Springs.effects(system).map(|effect| (effect, Part::Damping));
+        system.add_forces(springs, Level { t: 0.0, x, v: direction }, product);
+        system.clear_pinned(product);
+        let inertia = weighted_dot(system.mass(), direction, direction);
+        let ratio = -dot(direction, product) / (2.0 * eigenvalue.sqrt() * inertia);
+        if ratio.is_finite() && ratio > 0.0 { ratio } else { 0.0 }
     }
 }
 

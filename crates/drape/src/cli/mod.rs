@@ -65,7 +65,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run all experiments and draw the results
+    /// Run the experiments and draw the results
     Reproduce(cmd::reproduce::Arguments),
     /// Run one method on one scene
     Run(cmd::run::Arguments),

@@ -173,8 +173,9 @@ pub struct Run {
     /// Distance from the true motion of the pushed cloth by the metric, m, where there is one.
     #[serde(default)]
     pub pushed_m: Option<f64>,
-    /// Share of the motion that the run keeps by theory, where that is so little that the cloth
-    /// locks. The run may be near the true motion all the same, as far as the metric tells.
+    /// Share of the motion that the advised run keeps by theory, where that is so little that the cloth
+    /// locks. The run may be near the true motion all the same, as far as the metric tells. `None` for
+    /// all other runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub foreseen: Option<f64>,
 }

@@ -218,9 +218,12 @@ impl Stage {
         Expected::by(|| self.lever(choice, time.duration_s), choice, time)
     }
 
-    /// The share of the motion that a run keeps by theory, where that locks it.
+    /// The share of the motion that a run keeps by theory, where that locks it. A program of the user
+    /// is not asked: it may know no other scene.
     pub(super) fn foreseen(&self, choice: &Choice, substeps: u32) -> Option<f64> {
-        self.expected(choice, substeps).share().filter(|share| *share < LOCKED)
+        let is_program = choice.method().id.starts_with(drape_program::PREFIX);
+        let expected = (!is_program).then(|| self.expected(choice, substeps))?;
+        expected.share().filter(|share| *share < LOCKED)
     }
 
     fn lever(&self, choice: &Choice, duration_s: f64) -> Result<Lever, Unforeseen> {

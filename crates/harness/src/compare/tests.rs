@@ -143,7 +143,7 @@ fn the_advice_names_winner_ties_runner_up_and_what_fails() {
         lines(&driven, &advise(&driven)).into_iter().find(|line| line.starts_with("expect"));
     let told = "not judged while pins, obstacles or wind did work: `drape run` may end with";
     assert!(expect.is_some_and(|line| line.contains(told)));
-    // Where theory says that the advised run locks, so does `drape run`.
+    // Where theory says that the advised run locks, so may `drape run`.
     assert!(!line("expect").contains("locked"), "{text:?}");
     let mut slow = facts.clone();
     slow.runs[1].foreseen = Some(0.17);

@@ -533,7 +533,8 @@ static STUDIES: [&dyn Study; 24] = [
     &claims::STUDY,
 ];
 
-/// All experiments in teaching order. `drape reproduce` runs them in this order.
+/// All experiments in teaching order. `drape reproduce` runs them in this order, the [long](is_long)
+/// ones apart.
 pub fn all() -> &'static [&'static dyn Study] {
     &STUDIES
 }

@@ -189,7 +189,9 @@ impl Frames {
         let scene = scenes.into_iter().find(|scene| scene.id.contains(part)).ok_or_else(|| {
             let record = results.join(study).with_extension("json");
             let record = record.display();
-            format!("{record} has no scene whose id contains `{part}`; run `drape reproduce`")
+            format!(
+                "{record} has no scene whose id contains `{part}`; run `drape experiment {study}`"
+            )
         })?;
         let timings: Vec<TimingRow> = timings(results, study)?;
         let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
@@ -294,14 +296,17 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
     Ok(Answer { take, measured, bundled, why })
 }
 
-/// The fastest good method on the first scene of `animation-long` with `part` in its name, with its
-/// share of the time of `symplectic-euler`, and the forms that tie with it.
-fn fastest(results: &Path, part: &str) -> Result<(Frames, String), String> {
+/// The fastest good method on a scene of `animation-long`, with its share of the time of
+/// `symplectic-euler`, and the forms that tie with it.
+fn fastest(results: &Path, id: &str) -> Result<(Frames, String), String> {
     use animation::facts::Run;
-    let frames = Frames::of(results, "animation-long", part)?;
+    let frames = Frames::of(results, "animation-long", id)?;
     let Frames { scene, least, .. } = &frames;
+    if scene.id != id {
+        return Err(format!("animation-long has no scene `{id}`, only `{}`", scene.id));
+    }
     let (first, time) =
-        least.first().ok_or_else(|| format!("animation-long, {part}: no run is good"))?;
+        least.first().ok_or_else(|| format!("animation-long, {id}: no run is good"))?;
     let form = |run: &Run| match (form_beside_calls(run), run.inside) {
         (form, Some(_)) => format!("`{form}` ({} a frame)", run.calls(scene)),
         (form, None) => format!("`{form}`"),

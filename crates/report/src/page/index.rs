@@ -19,10 +19,7 @@ pub(crate) fn index(sections: &[Section], outline: &Outline) -> Result<String, R
         environment.add_filter("plain", plain);
         environment.add_filter("code", code);
         environment.add_template(FILE, TEMPLATE)?;
-        let answer: Vec<String> = answer(sections, outline)
-            .into_iter()
-            .map(|(_, sentence)| sentence.to_owned())
-            .collect();
+        let answer = Value::from(Serde(answer(sections, outline)));
         let sections = Value::from(Serde(sections));
         environment.get_template(FILE)?.render(context! { answer, sections })
     };

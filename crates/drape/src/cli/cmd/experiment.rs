@@ -145,7 +145,7 @@ pub(crate) struct Run<'a> {
     pub(crate) long: bool,
     /// What is unfinished in the folder.
     pub(crate) unfinished: &'a Unfinished,
-    /// When no cell of a long study is begun any more.
+    /// When no cell of `animation-long` is begun any more.
     pub(crate) until: Option<Instant>,
 }
 

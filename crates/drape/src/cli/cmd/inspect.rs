@@ -158,6 +158,7 @@ fn text(inspection: &Inspection, input: &SceneFile, assumed: Option<&str>) -> St
     }
     if let Some([low, high]) = inspection.stiffness_over_mass_per_s2 {
         line("k/m", format!("{low:.3e} to {high:.3e} 1/s²"));
+        line("damping", format!("ζ = {:.2e} of the stiffest mode", inspection.damping_ratio));
     }
     if let Some(time) = input.scene().map(|scene| scene.time) {
         line("time", format!("steps of {} s, {} s", time.step_s, time.duration_s));

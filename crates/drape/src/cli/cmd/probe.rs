@@ -1,5 +1,6 @@
 //! Time series of a run: `--probe` and `--probe-out`.
 
+use super::refusal;
 use crate::cli::output::{Sink, csv_line, is_stream};
 use drape_harness::record::Sample;
 use drape_harness::{Moment, OrderedSimulation, boundaries, groups};
@@ -38,11 +39,10 @@ impl Form {
             Some("csv") => Ok(Self::Csv),
             Some("json") => Ok(Self::Json),
             _ if is_stream(file) => Ok(Self::Json),
-            _ => Err(Violation {
-                path: key.to_owned(),
-                value: format!("`{}`", file.display()),
-                expected: "a name that ends in .csv or .json".to_owned(),
-            }),
+            _ => {
+                let value = format_args!("`{}`", file.display());
+                Err(refusal(key, value, "a name that ends in .csv or .json"))
+            }
         }
     }
 }
@@ -58,7 +58,7 @@ enum Probe {
 }
 
 fn refuse(path: &str, value: &str, expected: String) -> Violation {
-    Violation { path: path.to_owned(), value: format!("`{value}`"), expected }
+    refusal(path, format_args!("`{value}`"), expected)
 }
 
 impl Probe {

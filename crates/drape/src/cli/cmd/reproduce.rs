@@ -1,8 +1,8 @@
-//! `drape reproduce`: all experiments.
+//! `drape reproduce`: all experiments, the long ones apart.
 
 use super::experiment::Run;
 use crate::cli::progress::Place;
-use drape_harness::studies::{all, find, is_long};
+use drape_harness::studies::{Study, all, find, is_long};
 use drape_report::tell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -24,7 +24,7 @@ pub(crate) struct Arguments {
     long: bool,
     /// Begin nothing after this many minutes. animation-long then ends, and its record names what is
     /// missing. The next run continues and repeats the cell that was interrupted
-    #[arg(long, value_name = "N", requires = "long", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", requires = "long", conflicts_with = "shard", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     minutes: Option<u64>,
     #[command(flatten)]
     shard: super::experiment::ShardArgument,
@@ -55,27 +55,26 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.shard.compute(&run, &chosen)? {
         return Ok(());
     }
-    let mut written = Vec::new();
-    for (place, experiment) in Place::each(&chosen) {
-        if until.is_some_and(|until| Instant::now() >= until) {
-            tell!("{}: not begun", experiment.name());
-        } else if run.record(experiment, place)? {
-            written.push(experiment.name());
-        }
-    }
+    let is_whole = record_all(&run, &chosen)?;
     super::report::draw(&out)?;
-    let is_whole = written.len() == chosen.len();
-    unfinished.leave(written)?;
-    if !is_whole {
-        tell!("cells are missing: the same command goes on");
+    if is_whole {
+        unfinished.leave(chosen.iter().map(|study| study.name()))?;
+    } else {
+        // The journals of finished studies stay, so that the next command does not repeat them.
+        tell!("not all is done: the same command goes on");
     }
     if arguments.only.is_empty() && !arguments.long && !arguments.quick {
-        let long = all().iter().filter(|study| is_long(**study)).map(|study| study.name());
-        let long = long.collect::<Vec<_>>().join(", ");
-        tell!(
-            "left as they were: {long}; `drape reproduce --long` runs them, and goes on where it \
-             stopped"
-        );
+        let long = || all().iter().filter(|study| is_long(**study)).map(|study| study.name());
+        let told = long().collect::<Vec<_>>().join(", ");
+        let is_there = |name| out.join(name).with_extension("json").exists();
+        if long().all(is_there) {
+            tell!("left as they were: {told}");
+        } else {
+            tell!(
+                "left out: {told}; without them the report lacks some sections and the table of uses"
+            );
+        }
+        tell!("`drape reproduce --long` runs them, and goes on where it stopped");
         tell!(
             "taken by neither: the timings of regret (`drape experiment regret`) and of \
              work-precision (`drape experiment work-precision --timings`)"
@@ -87,4 +86,42 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out.join("report.html").display()
     );
     Ok(())
+}
+
+/// Records the studies one after the other, and begins none when the time is over. Returns whether
+/// all cells of all studies are there.
+fn record_all(run: &Run<'_>, chosen: &[&'static dyn Study]) -> anyhow::Result<bool> {
+    let mut is_whole = true;
+    for (place, study) in Place::each(chosen) {
+        if run.until.is_some_and(|until| Instant::now() >= until) {
+            tell!("{}: not begun", study.name());
+            is_whole = false;
+        } else {
+            is_whole &= run.record(study, place)?;
+        }
+    }
+    Ok(is_whole)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
+mod tests {
+    use super::*;
+    use drape_harness::Unfinished;
+
+    #[test]
+    fn no_study_begins_when_the_time_is_over_and_the_rest_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        let unfinished = Unfinished::enter(out, false).unwrap();
+        let chosen = [find("order").unwrap()];
+        let run = |until| Run { out, quick: true, long: false, unfinished: &unfinished, until };
+        assert!(!record_all(&run(Some(Instant::now())), &chosen).unwrap());
+        assert!(!out.join("order.json").exists());
+        assert!(record_all(&run(None), &chosen).unwrap());
+        assert!(out.join("order.json").exists());
+        // What is finished stays so, until the command that finds all of it whole.
+        let later = Some(Instant::now() + Duration::from_secs(600));
+        assert!(record_all(&run(later), &chosen).unwrap());
+    }
 }

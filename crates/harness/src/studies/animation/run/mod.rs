@@ -35,7 +35,7 @@ fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
 }
 
 /// Numbers of substeps of a frame for explicit methods. Runs go up to the first two sound ones, and
-/// further until one is good, except in the long study.
+/// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
 /// Particles along an edge up to which whole scenes are timed.

@@ -5,7 +5,6 @@ use super::{Number, Trial};
 use crate::claims::m02::{FEWER, GROUNDS, LEVELS, METHOD, STABLE, SUBSTEPS, rise};
 use crate::claims::places::Ground;
 use crate::methods::Choice;
-use crate::need::Matrix;
 use crate::run::Runner;
 use crate::studies::work_precision::run::variants::Variant;
 use crate::{HarnessError, reference_energy};
@@ -16,11 +15,9 @@ pub(super) const TRIAL: Trial = Trial {
     id: "M02",
     scenes: || {
         "the hanging sheet of `work-precision` with d/m = 40/s, 0.25 s: 400 particles at \
-         k/m = 1e6, 1e8 and 1e10, 1600 at 4e6 and 4e8, 10 000 at 2.5e7, 400 above a \
-         ball of 0.2 m at 1e6 and 1e8; all forms of all methods, but for `energy-momentum` from \
-         1600 on and, with 10 000, forms that factorise Newton's matrix, two-step IMEX and \
-         `exponential`; energies for 1 s at h = 0.01 s; references: `srkn4` at half its limit, \
-         leapfrog at an eighth above the ball"
+         k/m = 1e6, 1e8 and 1e10, 1600 at 4e6 and 4e8, 400 above a ball of 0.2 m at 1e6 and 1e8; \
+         all forms of all methods, but for `energy-momentum` with 1600; energies for 1 s at \
+         h = 0.01 s; references: `srkn4` at half its limit, leapfrog at an eighth above the ball"
             .to_owned()
     },
     portable: false,
@@ -34,15 +31,7 @@ const MOST: f64 = 0.32;
 /// Left out where there are more than 400 particles.
 const COSTLY: &str = "energy-momentum";
 /// Particles along each edge, from small to large.
-const SIDES: [u32; 3] = [20, 40, LARGE];
-/// From so many particles along each edge on forms that factorise Newton's matrix are left out, and
-/// [`SLOW_TO_FAIL`].
-const LARGE: u32 = 100;
-/// Methods of which one step that fails takes a minute with 10 000 particles. Two-step IMEX solves its
-/// first step by Newton's method with factors; `exponential` orthogonalises 150 vectors in each of 32
-/// parts of a step. Until 9dd7553 they competed there, and none came ahead of XPBD.
-const SLOW_TO_FAIL: [&str; 5] =
-    ["imex-sbdf2", "imex-cnab2", "imex-mcnab2", "imex-cnlf", "exponential"];
+const SIDES: [u32; 2] = [20, 40];
 const STEP: f64 = 0.01;
 const WATCH: f64 = 1.0;
 
@@ -79,21 +68,9 @@ fn evidence() -> Result<Vec<Number>, HarnessError> {
 
 /// The place of the method on a sheet.
 fn of_ground(ground: Ground, leaders: &[String]) -> Result<Vec<Number>, HarnessError> {
-    // A step of a form that factorises does so hundreds of times before it gives up. A factor of
-    // Newton's matrix of 10 000 particles takes a tenth of a second.
-    let is_meant = |form: &Variant| {
-        let fails_slowly = || SLOW_TO_FAIL.contains(&id(form.method));
-        let is_light = ground.side < LARGE || !(factorises(form) || fails_slowly());
-        is_light && (ground.side <= 20 || id(form.method) != COSTLY)
-    };
+    let is_meant = |form: &Variant| ground.side <= 20 || id(form.method) != COSTLY;
     let most = MOST * f64::from(ground.side * ground.side) / 400.0;
     Contest::new(ground)?.places(METHOD, leaders, &LEVELS, most, is_meant)
-}
-
-/// Whether a form factorises Newton's matrix.
-fn factorises(form: &Variant) -> bool {
-    let choice = Choice::parse(form.method, &[]);
-    choice.is_ok_and(|c| (c.theory().matrix)(c.settings()) == Matrix::BlockFactor)
 }
 
 /// The methods that led on smaller sheets of the same fabric.
@@ -123,8 +100,6 @@ mod tests {
 
     #[test]
     fn what_is_left_out_exists() {
-        for id in SLOW_TO_FAIL.iter().chain([&COSTLY]) {
-            assert!(methods::all().any(|method| method.id == *id), "{id}");
-        }
+        assert!(methods::all().any(|method| method.id == COSTLY));
     }
 }
