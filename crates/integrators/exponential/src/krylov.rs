@@ -18,9 +18,6 @@ const ROUGH_NORM: f64 = 4.0;
 const LARGE: f64 = 4.0;
 /// A matrix beyond this norm is never worth its Taylor series.
 const HUGE: f64 = 1e6;
-/// A subspace with less than half of the dimensions that its fastest oscillation needs leaves more
-/// than this part of the result as its error.
-const UNRESOLVED: f64 = 1e-6;
 /// The error is estimated after this many new dimensions, or after an eighth of the present ones.
 const BETWEEN_TESTS: usize = 4;
 
@@ -138,13 +135,11 @@ impl Krylov {
             return self.is_invariant; // there is nothing to compute
         }
         if !self.is_invariant {
-            let size = self.norm * h * h;
-            // Most of these estimates would cost more than the products.
-            let is_unresolved = 0.5 * h * self.hessenberg.frequency(m) > m as f64;
-            if (is_unresolved && UNRESOLVED * size > tolerance * h) || !self.function(3, h) {
+            if !self.function(3, h) {
                 return false;
             }
             let next = self.hessenberg.element(m, m - 1);
+            let size = self.norm * h * h;
             let error = size * (h * next * self.coefficients[m - 1]).abs();
             let is_within = error <= (tolerance * h).max(ROUND_OFF * size);
             if !is_within {

@@ -43,13 +43,6 @@ impl Series {
         (0..m).map(|j| column(j).iter().map(|a| a.abs()).sum::<f64>()).fold(0.0, f64::max)
     }
 
-    /// About the greatest frequency of the first `m` rows and columns, 1/s, by the numbers beside the
-    /// diagonal. A polynomial resolves `exp hH` if its degree is above `h` times that.
-    pub(crate) fn frequency(&self, m: usize) -> f64 {
-        let square = |j: usize| -self.element(j + 1, j) * self.element(j, j + 1);
-        2.0 * (0..m.saturating_sub(1)).map(square).fold(0.0, f64::max).sqrt()
-    }
-
     /// The last column of
     ///
     /// ```text
