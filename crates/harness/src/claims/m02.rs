@@ -36,9 +36,9 @@ pub(super) const CLAIM: Claim = Claim {
         "asked for the least counted work first, and a miss within a factor of 2 refuted it. Until \
          9dd7553 the third fabric also ran with 1600 and 10 000 particles and above the ball. Two \
          references differed by 24 % of the motion (1600) and 12 % (ball), and none was computed \
-         with 10 000, so these cases ranked nobody. Until 7d0ee20 the first two \
-         fabrics also ran with 10 000. XPBD came first and second there, for the only \
-         error that noise left to rank, 10 %; they took minutes, and were given up for that. The verdict stayed each time",
+         with 10 000, so these cases ranked nobody. Until 7d0ee20 the first two fabrics also ran \
+         with 10 000. XPBD came second and first there, for the only error that noise left to \
+         rank, 10 %; they took minutes, and were given up for that. The verdict stayed each time",
     ),
     judge,
     readings: sole,
