@@ -540,13 +540,17 @@ pub fn all() -> &'static [&'static dyn Study] {
 }
 
 /// Experiments that only `drape reproduce --long` runs: those on large cloth, for long, or on the many
-/// scenes where methods fail, and the one to whose runs prices are fitted, with the one that tests
-/// advice from it. `drape reproduce` leaves their records as they are.
-const LONG: [&str; 5] = [
+/// scenes where methods fail; the one to whose runs prices are fitted, with the one that tests advice
+/// from it; and the side studies of effects, fabrics and solvers. `drape reproduce` leaves their
+/// records as they are.
+const LONG: [&str; 8] = [
     hard_cases::STUDY.name,
+    effects::STUDY.name,
     work_precision::STUDY.name,
     animation::LONG.name,
     regret::STUDY.name,
+    fabric::STUDY.name,
+    solver_control::STUDY.name,
     scaling::STUDY.name,
 ];
 

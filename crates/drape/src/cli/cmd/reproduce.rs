@@ -18,8 +18,8 @@ pub(crate) struct Arguments {
     /// Compute only a subset of the cells, and no timings
     #[arg(long)]
     quick: bool,
-    /// Run only the long experiments, which a full run leaves out: large cloth, long motions, hard
-    /// cases, and what the modelled times rest on (--quick runs a part of them)
+    /// Run only the experiments that a full run leaves out: large cloth, long motions, hard cases,
+    /// what the modelled times rest on, and side studies (--quick runs a part of them)
     #[arg(long, conflicts_with_all = ["quick", "only"])]
     long: bool,
     /// Begin nothing after this many minutes. animation-long then ends, and its record names what is
