@@ -286,9 +286,6 @@ impl Setting {
             ..Counted::default()
         };
         let run = Run {
-            value: tolerance,
-            step_s: None,
-            verdict,
             error,
             beside,
             flaw: self.flaw(beside),
@@ -296,13 +293,8 @@ impl Setting {
             steps: u64::from(steps),
             effort: evaluations as f64 * sweep + f64::from(steps) * COMBINING * particles,
             force_evaluations: evaluations,
-            matvecs: 0,
-            factorisations: 0,
-            setups: 0,
-            cg_iterations: 0,
-            unconverged_steps: 0,
-            is_on_front: false,
             portable: false,
+            ..Run::uncounted(tolerance, None, verdict)
         };
         Ok(Timed { run, nanoseconds })
     }
