@@ -99,6 +99,8 @@ pub enum Reply<'a> {
         run: u32,
         /// Particles.
         particles: usize,
+        /// Lowest and highest coordinates of the particles at the start, m.
+        extent: [[f32; 3]; 2],
         /// Corners of triangles, three by three.
         triangles: Vec<u32>,
         /// Ends of lines, two by two.
@@ -371,6 +373,7 @@ pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
         pane,
         run,
         particles: stage.spec.particles.mass_kg.len(),
+        extent: extent(&stage.spec.particles.position_m),
         triangles: subject.triangles.as_flattened().to_vec(),
         lines: subject.lines.as_flattened().to_vec(),
         pins: stage.spec.pins.iter().map(|pin| pin.particle).collect(),
@@ -379,6 +382,16 @@ pub fn scenery(pane: usize, run: u32, scenery: &Scenery) -> Reply<'static> {
         duration: stage.time.duration_s,
         method: stage.choice.full_id(),
     }
+}
+
+/// Lowest and highest coordinates of these positions.
+fn extent(positions: &[[f64; 3]]) -> [[f32; 3]; 2] {
+    let bound = |bound: fn(f64, f64) -> f64| {
+        std::array::from_fn(|axis| {
+            positions.iter().map(|x| x[axis]).reduce(bound).unwrap_or(0.0) as f32
+        })
+    };
+    [bound(f64::min), bound(f64::max)]
 }
 
 /// The owner of the positions in a frame.

@@ -31,6 +31,17 @@ struct Page {
 
 impl Page {
     fn open(chromium: &Path, address: &str, width: u32, features: &[(&str, &str)]) -> Self {
+        Self::open_after("", chromium, address, width, features)
+    }
+
+    /// Opens a page in which a script runs before its own.
+    fn open_after(
+        script: &str,
+        chromium: &Path,
+        address: &str,
+        width: u32,
+        features: &[(&str, &str)],
+    ) -> Self {
         let mut browser = Browser::start(chromium);
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), &json!({}));
@@ -41,6 +52,7 @@ impl Page {
         let features: Vec<_> =
             features.iter().map(|(name, value)| json!({ "name": name, "value": value })).collect();
         browser.call("Emulation.setEmulatedMedia", &json!({ "features": features }));
+        browser.call("Page.addScriptToEvaluateOnNewDocument", &json!({ "source": script }));
         browser.call("Page.navigate", &json!({ "url": address }));
         browser.wait_for("Page.loadEventFired");
         Self { browser }
@@ -166,6 +178,27 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
         assert_eq!(page.complaints(&address), Vec::<String>::new());
         page.look(&format!("{width}-{scheme}.png"));
     }
+}
+
+/// A busy browser draws its first picture late. What the cameras show is decided by the start of the
+/// scene, not by a cloth that has exploded by then.
+#[test]
+fn a_late_first_picture_shows_every_cloth_from_near() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let hold = "const waiting = []; let isHeld = true; const draw = requestAnimationFrame.bind(window); \
+        window.requestAnimationFrame = (f) => isHeld ? waiting.push(f) : draw(f); \
+        window.letDraw = () => { isHeld = false; waiting.splice(0).forEach(draw); };";
+    let mut page = Page::open_after(hold, &chromium, &address, DESK, &[]);
+    let ended = "document.getElementById('play')?.textContent === 'Play again'";
+    page.wait_until(ended);
+    page.value("letDraw(); null");
+    page.wait_for_the_end();
+    let painted =
+        page.value(&format!("[...document.querySelectorAll('canvas.view')].map({PAINTED})"));
+    let shares: Vec<_> = (0..3).map(|pane| painted[pane].as_f64().unwrap()).collect();
+    assert!(shares[1..].iter().all(|share| *share > 0.01), "{shares:?}");
+    page.look("late.png");
 }
 
 #[test]

@@ -79,6 +79,8 @@ export interface Scenery {
   pane: number;
   run: number;
   particles: number;
+  /** Lowest and highest coordinates of the particles at the start, m. */
+  extent: [[number, number, number], [number, number, number]];
   triangles: number[];
   lines: number[];
   pins: number[];

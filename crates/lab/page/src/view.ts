@@ -82,7 +82,7 @@ export class Camera {
   private listeners: (() => void)[] = [];
   private frames = new Map<string, Framing>();
 
-  /** The frame of a scene; its first cloth decides what it shows. */
+  /** The frame of a scene; the start of its first cloth decides what it shows. */
   frame(scene: string, box: () => Box3): Framing {
     const known = this.frames.get(scene) ?? new Framing(box());
     this.frames.set(scene, known);
@@ -181,8 +181,8 @@ export class View {
   private moving: Group[] = [];
   private fabric: Mesh | undefined;
   private frame: Framing | undefined;
-  /** The scene. */
-  private name = "";
+  /** Whether a picture of this run was drawn. */
+  private isShown = false;
   /** Pictures in a row that cut the cloth off. */
   private outside = 0;
 
@@ -199,7 +199,6 @@ export class View {
 
   /** Takes the parts of a new run of a scene that never change. */
   set(scenery: Scenery, name: string): void {
-    this.name = name;
     this.contents.clear();
     this.geometry.dispose();
     this.geometry = new BufferGeometry();
@@ -250,11 +249,16 @@ export class View {
       this.contents.add(group);
       if (solid.is_moving) this.moving.push(group);
     }
-    this.frame = undefined;
+    // Not from the first picture: a busy browser draws it late, and by then the cloth may have
+    // exploded.
+    const [low, high] = scenery.extent;
+    const start = new Box3(new Vector3(...low), new Vector3(...high));
+    this.frame = this.linked.frame(name, () => View.around(start));
+    this.isShown = false;
     this.outside = 0;
   }
 
-  /** Shows these positions. The first ones of a run decide what the camera looks at. */
+  /** Shows these positions. */
   show(positions: Float32Array, offsets: [number, number, number][]): void {
     if (positions.length !== this.positions.array.length) return;
     (this.positions.array as Float32Array).set(positions);
@@ -344,11 +348,13 @@ export class View {
     return true;
   }
 
-  /** Frames the first positions of a scene, and lets the frame grow with a cloth that leaves it. */
+  /** Lets the frame grow with a cloth that leaves it. */
   private follow(positions: Float32Array): void {
+    const { frame } = this;
+    if (frame === undefined) return;
     const cloth = new Box3().setFromArray(positions);
-    const isFirst = this.frame === undefined;
-    const frame = (this.frame ??= this.linked.frame(this.name, () => View.around(cloth)));
+    const isFirst = !this.isShown;
+    this.isShown = true;
     const hasExploded = frame.isBlownUpBy(cloth);
     // Of a cloth that has exploded only the wires say something.
     if (this.fabric !== undefined) this.fabric.visible = !hasExploded;
