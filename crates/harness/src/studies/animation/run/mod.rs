@@ -38,10 +38,6 @@ fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
 /// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Particles along an edge up to which whole scenes are timed.
-const TIMED_WHOLE: u32 = 50;
-/// Least number of frames that are timed of other scenes; more if a tenth of the scene is longer.
-const TIMED: u32 = 6;
 /// Number of sweeps of forces a frame from which on more calls of a form are not tried.
 const DEAR: u64 = 100;
 
@@ -139,13 +135,11 @@ pub(super) const TIMING: Timing<Facts, TimingRow> = Timing {
 /// How the timings are taken.
 fn timing() -> String {
     format!(
-        "One run at a time on one thread: the whole scene on up to {} particles, else its first \
-         {TIMED} frames, or its first tenth if that is more. The median of {REPETITIONS} \
+        "One run of a whole scene at a time, on one thread. The median of {REPETITIONS} \
          repetitions counts; a run of more than {LONG_S} s is timed once. The time is the \
          processor time in the calls of the method if the system reports it, else the wall time; \
          other programs disturb processor time less. {} Only runs that neither gain energy nor \
          stand still are timed. The time excludes set-up.",
-        TIMED_WHOLE * TIMED_WHOLE,
         about_probe()
     )
 }

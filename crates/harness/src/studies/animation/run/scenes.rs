@@ -1,6 +1,6 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
-use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, TIMED, TIMED_WHOLE, first_forms, forms, rungs};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, first_forms, forms, rungs};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
@@ -186,11 +186,6 @@ impl Case {
     /// to cross the cloth, and information more iterations.
     pub(super) fn sweeps_a_frame(&self) -> f64 {
         SWEEPS_A_FRAME * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
-    }
-
-    /// Number of frames that are timed.
-    fn timed(&self) -> u32 {
-        if self.side > TIMED_WHOLE { TIMED.max(self.frames / 10) } else { self.frames }
     }
 
     /// The measure that ranks its runs.
@@ -611,7 +606,7 @@ impl Stage for Setting {
 
     fn time(&self, run: &Run) -> Result<TimingRow, HarnessError> {
         let choice = Choice::parse(&run.method, &[])?;
-        let frames = self.case.timed();
+        let frames = self.case.frames;
         let Taken { samples_s, seconds, probe_s } = samples(LONG_S, || {
             let runner = Runner::new(&choice, self.camera.span(run.substeps, frames)).processor();
             let outcome = self.in_time(runner).go(&mut self.simulation.clone())?;
