@@ -4,7 +4,7 @@ use drape_tests::{Sheet, assert_covers, bits, prepared, stir};
 use std::num::NonZero;
 
 /// Each method with settings whose steps are quick on many particles.
-const METHODS: [&str; 31] = [
+const METHODS: [&str; 33] = [
     "explicit-euler",
     "symplectic-euler",
     "symplectic-euler:damping=implicit",
@@ -13,6 +13,8 @@ const METHODS: [&str; 31] = [
     "adams-bashforth2",
     "backward-euler:solver=cg,residual=1e-3",
     "bdf2:solver=cg,residual=1e-3",
+    "backward-euler",
+    "backward-euler:solver=multigrid,residual=1e-3",
     "terzopoulos-fleischer",
     "baraff-witkin",
     "desbrun",

@@ -29,6 +29,11 @@ fn place(name: &str) -> usize {
     place.unwrap_or(if id == DOP853 { UNKNOWN + 1 } else { UNKNOWN })
 }
 
+/// Whether a method solves springs or particles one by one, or repeatedly with a constant matrix.
+pub(crate) fn is_local(id: &str) -> bool {
+    methods::theory_of(id).is_some_and(|theory| theory.kin == Kin::Local)
+}
+
 /// The looks of forms, in the order given. A method has one colour and marker in all figures;
 /// dashes tell its forms apart.
 pub(crate) fn looks(labels: &[&str]) -> Vec<Look> {

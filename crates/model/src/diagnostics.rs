@@ -1,6 +1,8 @@
 //! Energies and momenta of a state.
 
-use crate::{State, System, Vec3};
+use crate::system::PIECE;
+use crate::{Effect, State, System, Vec3};
+use rayon::prelude::*;
 
 /// Depth inside an obstacle at which a particle may still be drawn, m.
 const DISPLAY_TOLERANCE: f64 = 1e-12;
@@ -13,7 +15,10 @@ impl System {
 
     /// Potential energy of all effects, J.
     pub fn potential_energy(&self, x: &[Vec3]) -> f64 {
-        self.effects().map(|effect| effect.energy(self.mass(), x)).sum()
+        if self.threads() == 1 || x.len() < PIECE {
+            return self.effects().map(|effect| effect.energy(self.mass(), x)).sum();
+        }
+        self.energies(x).map(|(_, energy)| energy).sum()
     }
 
     /// Kinetic plus potential energy `H`, J.
@@ -21,9 +26,17 @@ impl System {
         self.kinetic_energy(&state.v) + self.potential_energy(&state.x)
     }
 
-    /// Energy of each effect by name, in the order of the effects, J.
+    /// Energy of each effect by name, in the order of the effects, J. On large cloth
+    /// [threads](Self::threads) share the effects, which changes no bit.
     pub fn energies(&self, x: &[Vec3]) -> impl Iterator<Item = (&'static str, f64)> {
-        self.effects().map(move |effect| (effect.name(), effect.energy(self.mass(), x)))
+        let effects: Vec<&dyn Effect> = self.effects().collect();
+        let energy = |effect: &&dyn Effect| (effect.name(), effect.energy(self.mass(), x));
+        let energies: Vec<_> = if self.threads() == 1 || x.len() < PIECE {
+            effects.iter().map(energy).collect()
+        } else {
+            effects.par_iter().map(energy).collect()
+        };
+        energies.into_iter()
     }
 
     /// Linear momentum `Σ m v`, kg m/s.

@@ -60,8 +60,9 @@ const STEPS: usize = 11;
 const FORMS: [(&str, &str); 3] = [
     ("as listed", "xpbd:substeps=1"),
     ("by colours", "xpbd:substeps=1,sweep=coloured"),
-    ("by lines", "xpbd-lines:substeps=1"),
+    ("by lines", LINES),
 ];
+const LINES: &str = "xpbd-lines:substeps=1";
 /// The sweeps for forces beside those by lines: name, mesh and damping.
 const SUMS: [(&str, Mesh, DampingLaw); 3] = [
     ("forces on the grid", Mesh::Grid, DampingLaw::Projected),
@@ -85,6 +86,8 @@ struct Times {
     forms: [Vec<f64>; FORMS.len()],
     /// Of each sum of forces.
     forces: [Vec<f64>; SUMS.len()],
+    /// Of the sweep by lines with full damping.
+    full: Vec<f64>,
 }
 
 fn main() -> ExitCode {
@@ -108,7 +111,9 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
         let mut newton = Newton::start(&cli.python, &spec, STEP_S)?;
         let (forms, forces) = Default::default();
         let springs = spec.springs.len();
-        let mut times = Times { side, springs, newton: Vec::new(), forms, forces };
+        let mut times =
+            Times { side, springs, newton: Vec::new(), forms, forces, full: Vec::new() };
+        let full = sheet(side, Mesh::Grid, DampingLaw::Full)?;
         for _ in 0..cli.rounds {
             times.newton.push(a_sweep(|sweeps| Ok(newton.time(sweeps, STEPS)?))?);
             for (times, (_, method)) in times.forms.iter_mut().zip(FORMS) {
@@ -117,6 +122,7 @@ fn run(cli: &Cli) -> Result<(), Box<dyn Error>> {
             for (times, spec) in times.forces.iter_mut().zip(&others) {
                 times.push(sum_of_forces(spec)?);
             }
+            times.full.push(a_sweep(|sweeps| time(&full, LINES, sweeps))?);
         }
         package = newton.package.clone();
         all.push(times);
@@ -215,8 +221,9 @@ fn table(all: &[Times], package: &str, cpu: &str, rounds: u32) -> String {
     for (name, ..) in SUMS {
         let _ = write!(text, " {name}, µs | by lines over this |");
     }
-    text += "\n|---|---|---|---|---|---|---|---|\n";
-    for Times { side, forms, forces, .. } in all {
+    text += " by lines with full damping, µs | over forces with full damping |";
+    text += "\n|---|---|---|---|---|---|---|---|---|---|\n";
+    for Times { side, forms, forces, full, .. } in all {
         let [.., lines] = forms;
         let _ = write!(text, "| {side} | {:.1} |", middle(lines.clone()));
         for sweep in forces {
@@ -224,7 +231,9 @@ fn table(all: &[Times], package: &str, cpu: &str, rounds: u32) -> String {
             let us = middle(sweep.clone());
             let _ = write!(text, " {us:.1} | {ratio:.2} ({least:.2}–{most:.2}) |");
         }
-        text += "\n";
+        let [_, forces, _] = forces;
+        let ([ratio, least, most], us) = (ratios(full, forces), middle(full.clone()));
+        let _ = writeln!(text, " {us:.1} | {ratio:.2} ({least:.2}–{most:.2}) |");
     }
     text
 }
@@ -252,10 +261,12 @@ mod tests {
             newton: vec![4.0, 9.0, 6.0],
             forms: [vec![2.0, 3.0, 1.0], vec![1.0; 3], vec![2.0; 3]],
             forces: [vec![1.0, 4.0, 2.0], vec![8.0; 3], vec![4.0; 3]],
+            full: vec![16.0; 3],
         };
         let text = table(&[times], "newton", "cpu", 3);
         assert!(text.contains("| 4 | 10 | 6.0 | 2.0 | 3.00 (2.00–6.00) | 1.0 |"), "{text}");
         let line = "| 4 | 2.0 | 2.0 | 1.00 (0.50–2.00) | 8.0 | 0.25 (0.25–0.25) | 4.0 |";
         assert!(text.contains(line), "{text}");
+        assert!(text.ends_with(" 16.0 | 2.00 (2.00–2.00) |\n"), "{text}");
     }
 }

@@ -1,6 +1,7 @@
 //! Tiles of the maps that several studies share. They name the cheapest form or method of each
 //! scene.
 
+use crate::families::is_local;
 use drape_report::Verdict;
 use drape_report::number::significant;
 use drape_report::plot::{Shade, Tile};
@@ -61,7 +62,11 @@ pub(super) fn winner(name: &str, is_explicit: bool, ties: &[&str], next: Option<
         let more = if others.is_empty() { String::new() } else { format!(" +{}", others.len()) };
         return told(Shade::Tie, &format!("{name} =\n{second}{more}"));
     }
-    let shade = if is_explicit { Shade::Open } else { Shade::Fair };
+    let shade = match is_explicit {
+        true => Shade::Open,
+        false if is_local(name) => Shade::Still,
+        false => Shade::Fair,
+    };
     let margin = next.map_or_else(String::new, |next| {
         // Two digits could show a lead that looks like a tie.
         let digits = if next < 2.0 { 3 } else { 2 };
@@ -75,6 +80,7 @@ pub(super) fn legend_of_winners(idle: &str) -> Vec<(Tile, String)> {
     let entries = [
         (Shade::Open, "stiffness limits the step (explicit)"),
         (Shade::Fair, "it does not (implicit)"),
+        (Shade::Still, "nor here, but it adds sweeps or substeps (local solves)"),
         (Shade::Tie, "a tie, whatever the kinds"),
         (Shade::Idle, idle),
     ];

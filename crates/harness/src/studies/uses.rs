@@ -43,9 +43,12 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let answers = [
         (
             "a curtain in a film at 24 frames a second",
-            of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
+            of_frames(results, &Frames::of(results, "animation-long", "24 Hz")?, "curtain")?,
         ),
-        ("a skirt in a game at 60 frames a second", of_skirt(results)?),
+        (
+            "a skirt in a game at 60 frames a second",
+            of_frames(results, &Frames::of(results, "animation-long", "held")?, "skirt")?,
+        ),
         ("a drape test for a textile laboratory", laid(round.as_ref())?),
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, all.as_ref())?),
@@ -167,23 +170,28 @@ fn short(method: &str) -> String {
         .map_or_else(|_| method.to_owned(), |choice| choice.short_id())
 }
 
-/// The text about other methods that are as good; empty without any.
+/// The text about other methods that are as good; empty without any. It names the first ones and
+/// counts the others.
 fn ties(what: &str, labels: &[String]) -> String {
-    if labels.is_empty() { String::new() } else { format!("; {what}: {}", labels.join(", ")) }
+    const SHOWN: usize = 3;
+    let (first, others) = labels.split_at(labels.len().min(SHOWN));
+    let more = if others.is_empty() { String::new() } else { format!(" +{} more", others.len()) };
+    if labels.is_empty() { more } else { format!("; {what}: {}{more}", first.join(", ")) }
 }
 
 /// The good runs on a scene of a study of films, each the fastest of its method, fastest first.
 struct Frames {
+    study: &'static str,
     scene: animation::facts::Scene,
-    /// All runs on the scene.
-    runs: Vec<animation::facts::Run>,
-    /// The good ones, each with the time of a frame, s.
+    /// The good runs, each the fastest of its method, with the time of a frame, s.
     least: Vec<(animation::facts::Run, f64)>,
+    /// Those of other methods that tie with the fastest.
+    tied: Vec<animation::facts::Run>,
 }
 
 impl Frames {
     /// On the scene of the study whose name contains `part`.
-    fn of(results: &Path, study: &str, part: &str) -> Result<Self, String> {
+    fn of(results: &Path, study: &'static str, part: &str) -> Result<Self, String> {
         use animation::facts::{Facts, Run, TimingRow};
         let Facts { scenes, mut runs, .. } = facts(results, study)?;
         let scene = scenes.into_iter().find(|scene| scene.id.contains(part)).ok_or_else(|| {
@@ -196,24 +204,29 @@ impl Frames {
         let timings: Vec<TimingRow> = timings(results, study)?;
         let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
         runs.retain(|run| run.scene == scene.id);
-        let mut least: Vec<(Run, f64)> = Vec::new();
-        let good = runs.iter().filter(|run| run.is_good(&scene));
-        for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
-            match least.iter_mut().find(|(other, _)| method(&other.label) == method(&run.label)) {
-                Some(known) if known.1 <= time => {}
-                Some(known) => *known = (run.clone(), time),
-                None => least.push((run.clone(), time)),
+        let within = |share: f64| {
+            let mut least: Vec<(&Run, f64)> = Vec::new();
+            let good = runs.iter().filter(|run| run.is_good_within(&scene, share));
+            for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
+                match least.iter_mut().find(|(other, _)| other.id() == run.id()) {
+                    Some(known) if known.1 <= time => {}
+                    Some(known) => *known = (run, time),
+                    None => least.push((run, time)),
+                }
             }
-        }
-        least.sort_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(Self { scene, runs, least })
+            least.sort_by(|a, b| a.1.total_cmp(&b.1));
+            least
+        };
+        let own = |(run, time): (&Run, f64)| (run.clone(), time);
+        let least = within(1.0).into_iter().map(own).collect();
+        let tied = animation::facts::leaders(within).into_iter().skip(1);
+        let tied = tied.map(|(run, _)| run.clone()).collect();
+        Ok(Self { study, scene, least, tied })
     }
 
     /// The runs of other methods that tie with the fastest, each told by `tell`.
     fn near(&self, tell: impl Fn(&animation::facts::Run) -> String) -> Vec<String> {
-        let [(_, time), others @ ..] = &self.least[..] else { return Vec::new() };
-        let near = others.iter().take_while(|(_, other)| *other <= animation::facts::TIE * time);
-        near.map(|(run, _)| tell(run)).collect()
+        self.tied.iter().map(tell).collect()
     }
 
     /// How near a good run is.
@@ -237,52 +250,21 @@ fn form_beside_calls(run: &animation::facts::Run) -> String {
     }
 }
 
-/// The answer for frames on a ball. Cloth stays there for seconds, so the long study comes first.
-fn of_skirt(results: &Path) -> Result<Answer, String> {
-    const PLACE: &str = "on a ball";
-    let short = Frames::of(results, "animation", PLACE)?;
-    let first = of_frames(results, &short, "skirt")?;
-    let long = Frames::of(results, "animation-long", PLACE)?;
-    let Some((run, time)) = long.least.first() else { return Ok(first) };
-    let calls = run.calls(&long.scene);
-    let same = short.least.first().and_then(|(first, _)| {
-        let form = |run: &animation::facts::Run| (run.label.clone(), run.substeps, run.inside);
-        long.runs.iter().find(|run| form(run) == form(first))
-    });
-    let later = same.filter(|run| !run.is_good(&long.scene));
-    let later = later.map_or_else(String::new, |run| {
-        format!(", but such a run is {} after seconds", run.verdict)
-    });
-    let take =
-        format!("`{}`, {calls} a frame{}", method(&run.label), ties("tie", &long.near(named)));
-    let measured = format!(
-        "{} particles on a ball for {:.0} s, by energy and strain",
-        long.scene.particles, long.scene.span_s
-    );
-    let why = format!(
-        "`animation-long`, {}: {:.1} ms a frame. For less than a second ({}): {}{later}; {}",
-        long.scene.id,
-        1e3 * time,
-        first.measured,
-        first.take,
-        first.why
-    );
-    Ok(Answer { take, measured, bundled: first.bundled, why })
-}
-
-/// The fastest good method, and its ties, on a scene of `animation`, and what a comparison advises
+/// The fastest good method, and its ties, on a scene of a study, and what a comparison advises
 /// for the bundled scene of the use.
 fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
-    let Frames { scene, least, .. } = frames;
+    let Frames { study, scene, least, .. } = frames;
     let place = match scene.id.split(',').next().unwrap_or_default() {
-        "led" => format!("{} particles, one edge moved to and fro", scene.particles),
-        place => format!("{} particles {place}", scene.particles),
+        "led" => "one edge moved to and fro",
+        place => place,
     };
+    let span = significant(scene.span_s, 2);
+    let place = format!("{} particles {place} for {span} s", scene.particles);
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let measured = format!("{place}, {}", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
-        let why = format!("`animation`, {}: no run is good{advised}", scene.id);
+        let why = format!("`{study}`, {}: no run is good{advised}", scene.id);
         return Ok(Answer { take: "none".to_owned(), measured, bundled, why });
     };
     let form = form_beside_calls(first);
@@ -292,7 +274,7 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its kinetic energy and its strain are kept".to_owned(),
     };
-    let why = format!("`animation`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
+    let why = format!("`{study}`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
     Ok(Answer { take, measured, bundled, why })
 }
 
@@ -464,7 +446,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
         let run = right.iter().find(|(run, _)| run.label == label);
         run.map_or_else(|| label.to_owned(), |(run, _)| short(&run.method))
     };
-    let near = near.take(4).map(|label| format!("`{}`", form_of(label))).collect();
+    let near: Vec<_> = near.map(|label| format!("`{}`", form_of(label))).collect();
     let fastest: Vec<(f64, u32)> = meant
         .iter()
         .map(|scene| {
@@ -532,15 +514,11 @@ fn taught(results: &Path) -> Result<Answer, String> {
          methods side by side",
         DAMPINGS[0]
     );
-    const SHOWN: usize = 3;
-    let tied = tied(soft);
-    let near: Vec<_> = tied.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
-    let more = tied.len().saturating_sub(SHOWN);
-    let more = if more > 0 { format!(" +{more} more") } else { String::new() };
+    let near: Vec<_> = tied(soft).iter().map(|name| format!("`{name}`")).collect();
     let step = soft.run(&facts.rows).and_then(|run| run.step_s);
     let step = step.map(|step| format!(", step {:.0} ms", 1e3 * step));
     let step = step.unwrap_or_default();
-    let take = format!("`{}`{step}{}{more}", winning(soft), ties("tie", &near));
+    let take = format!("`{}`{step}{}", winning(soft), ties("tie", &near));
     let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, by modelled time";
     Ok(Answer { take, measured: measured.to_owned(), bundled: String::new(), why })
 }

@@ -12,8 +12,11 @@ pub const FINE: f64 = 1e-3;
 pub const GOOD: f64 = 0.01;
 /// Damping of a spring over its stiffness that counts as heavy, or any larger one, s.
 pub const HEAVY: f64 = 1e-3;
-/// Times within this factor are a tie.
-pub const TIE: f64 = 1.5;
+/// Times within this factor are a tie: of most forms the numbers of calls are powers of two.
+pub const TIE: f64 = 2.0;
+/// A method also ties that would lead or tie if the accepted error were larger or smaller by this
+/// factor.
+pub const NEARLY: f64 = 1.1;
 /// If no distance ranks, a good run has the true motion's kinetic energy within this factor.
 pub const LIVELY: f64 = 1.5;
 /// If no distance ranks, the strain of a good run exceeds the true one by at most this.
@@ -104,12 +107,27 @@ pub struct Scene {
     pub reference_error_m: f64,
     /// 99th percentile of the strain along the threads: a mean over time.
     pub strain: f64,
-    /// Energy that the scene sets free, J.
+    /// Energy that the scene sets free, J. If rings or wind supply energy, the greatest kinetic energy
+    /// of the true motion at a look.
     pub released_j: f64,
     /// Energy of springs and hinges at the start, over the energy that the scene sets free.
     pub prestress: f64,
     /// Whether the record has the same bits on every machine.
     pub portable: bool,
+    /// Where the scene and its runs were computed, if not where the record says: a scene was added
+    /// to a record that takes hours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub computed: Option<Origin>,
+}
+
+/// Where a scene was computed.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Commit of the source.
+    pub commit: String,
+    /// The processor.
+    pub cpu: String,
 }
 
 impl Scene {
@@ -177,7 +195,8 @@ pub struct Run {
     pub kinetic: Option<f64>,
     /// Number of particles that lie on the obstacle at the end, over that in the true motion.
     pub contact: Option<f64>,
-    /// Greatest rise of the energy, over the energy set free; 0 if rings or wind supply energy.
+    /// Greatest rise of the energy, over the energy set free. If rings or wind supply energy, the
+    /// rise beside their work; 0 if a correction hides it.
     pub gain: f64,
     /// Counts of work over all steps.
     pub counts: Counters,
@@ -220,18 +239,50 @@ impl Run {
     /// Whether the run is sound and near enough to the true motion. If no distance ranks, it must
     /// be near at 0.3 s, and keep its kinetic energy and its strain until the end.
     pub fn is_good(&self, scene: &Scene) -> bool {
+        self.is_good_within(scene, 1.0)
+    }
+
+    /// Whether the run is [good](Self::is_good) if the accepted error is `share` times as large.
+    pub fn is_good_within(&self, scene: &Scene, share: f64) -> bool {
         let is_near = match scene.measure {
             Measure::Kept => {
                 let is_lively = |kept: f64| (1.0 / LIVELY..=LIVELY).contains(&kept);
-                let begins_near = |error: f64| error <= scene.good_at_first_m();
+                let begins_near = |error: f64| error <= share * scene.good_at_first_m();
                 self.trajectory_error_m.is_some_and(begins_near)
                     && self.kinetic.is_some_and(is_lively)
                     && self.excess_strain.is_some_and(|strain| strain <= STRETCHED)
             }
-            _ => scene.error(self).is_some_and(|error| error <= scene.good_m()),
+            _ => scene.error(self).is_some_and(|error| error <= share * scene.good_m()),
         };
         self.is_sound() && is_near
     }
+
+    /// The id of the method.
+    pub fn id(&self) -> &str {
+        self.method.split(':').next().unwrap_or(&self.method)
+    }
+}
+
+/// The fastest run of all and those that tie with it, one for each method: within [`TIE`], and those
+/// that lead or tie if the accepted error is [`NEARLY`] the same. `within` gives the fastest run of
+/// each method, fastest first, each with its time, s, for an error `share` times as large as the one
+/// meant.
+pub fn leaders<'a>(within: impl Fn(f64) -> Vec<(&'a Run, f64)>) -> Vec<(&'a Run, f64)> {
+    let first = |share: f64| {
+        let mut runs = within(share);
+        let least = runs.first().map_or(0.0, |(_, time)| *time);
+        runs.truncate(runs.partition_point(|(_, time)| *time <= TIE * least));
+        runs
+    };
+    let mut leaders = first(1.0);
+    if !leaders.is_empty() {
+        for (run, time) in [1.0 / NEARLY, NEARLY].into_iter().flat_map(first) {
+            if leaders.iter().all(|(known, _)| known.id() != run.id()) {
+                leaders.push((run, time));
+            }
+        }
+    }
+    leaders
 }
 
 /// Times of one run.

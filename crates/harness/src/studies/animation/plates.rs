@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `animation`.
 
-use super::facts::{Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
+use super::facts::{self, Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels, looks};
 use crate::studies::tiles::{self, fault, legend, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
@@ -71,32 +71,33 @@ const FRAMES: &str = "Choose the panel of your fabric and the error that you acc
     times the stiffness. Across: time a frame on one core. Upwards: the mean distance of the \
     surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
     of its forms, of its numbers of calls a frame, and of substeps in a call. A coloured \
-    method is the fastest good one of some panel, or ties with it within a factor of 1.5, or has \
+    method is the fastest good one of some panel, or ties with it, or has \
     in at least half of the panels a run that no other run beats in time and error. All others are \
     grey; the map of winners names the fastest, whatever its colour. Grey area: \
     below the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above \
     a panel stand the methods without a sound run, by the way in which their runs fail.";
 
 const MAP: &str = "Each place names the method with the least time a frame for an error, on one \
-    core: blue places an explicit method, yellow places an implicit one. If a row changes its \
+    core: blue places an explicit method, yellow places an implicit one, violet places one of \
+    local solves. If a row changes its \
     colour, the error that you accept decides between the kinds. A row is a scene at 60 \
     frames a second, or at the rate that it names. A column is an error: of the shape where the \
-    cloth hangs, of the particles at 0.3 s elsewhere, and none after seconds on a ball or in the \
-    wind. White: methods tie within a factor of 1.5; the \
-    place names two and counts the others. Grey: no run reaches the error, or the noise is \
+    cloth is held, of the particles at 0.3 s elsewhere, and none after seconds in the \
+    wind. White: methods tie, within a factor of 2 or if the error may be a tenth larger or smaller; \
+    the place names two and counts the others. Grey: no run reaches the error, or the noise is \
     more than half of it.";
 
 const FRONT: &str = "The line joins the runs that no other run beats in both time and error. Each \
     panel shows a scene; each marker is a stable run that moves, one form of a method with one \
     number of calls and of substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
-    surfaces over the span where the cloth hangs, the distance of the particles at 0.3 s \
+    surfaces over the span where the cloth is held, the distance of the particles at 0.3 s \
     elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
     which nothing is ranked.";
 
 const CHEAPEST: &str = "Marked runs are the cheapest of a scene or tie with it, within a factor of \
-    1.5. The number is the time of the cheapest good run of a form, on one core. A good run gains \
+    2. The number is the time of the cheapest good run of a form, on one core. A good run gains \
     no energy, keeps its motion and is off by at most 1 cm or twice the noise: by shape where the \
-    cloth hangs, by the particles at 0.3 s elsewhere. After seconds on a ball or in the wind no \
+    cloth is held, by the particles at 0.3 s elsewhere. After seconds in the wind no \
     distance ranks the runs. There a run is good if it is near at 0.3 s, keeps its kinetic energy \
     within a factor of 1.5 and stretches by at most 1 % more.";
 
@@ -159,11 +160,6 @@ fn panel(scene: &Scene) -> Vec<String> {
     vec![format!("{}, {damping} damping", scene.fabric), span]
 }
 
-/// The id of a run's method.
-fn id(run: &Run) -> &str {
-    run.method.split(':').next().unwrap_or(&run.method)
-}
-
 /// Largest number of methods that the one figure names.
 const NAMED: usize = 10;
 
@@ -174,8 +170,7 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     let mut leads: BTreeSet<&str> = BTreeSet::new();
     for scene in scenes {
-        let fastest = fastest(input, scene, scene.good_m());
-        leads.extend(leaders(&fastest).iter().map(|(run, _)| id(run)));
+        leads.extend(leaders(input, scene, scene.good_m()).iter().map(|(run, _)| run.id()));
     }
     counts.extend(leads.iter().map(|method| (*method, 0)));
     for scene in scenes {
@@ -183,7 +178,7 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
         let useful = timed(input, scene).into_iter().filter(|(.., error)| *error <= most);
         let floored = useful.map(|(run, time, error)| (run, time, error.max(scene.floor_m())));
         let front = best(floored.collect());
-        let mut seen: Vec<&str> = front.iter().map(|(run, ..)| id(run)).collect();
+        let mut seen: Vec<&str> = front.iter().map(|(run, ..)| run.id()).collect();
         seen.sort_unstable();
         seen.dedup();
         for method in seen {
@@ -202,8 +197,8 @@ fn named<'a>(input: &'a Input, scenes: &[&'a Scene]) -> Vec<&'a str> {
 fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
     let mut methods: Vec<&str> = Vec::new();
     for run in runs {
-        if !methods.contains(&id(run)) {
-            methods.push(id(run));
+        if !methods.contains(&run.id()) {
+            methods.push(run.id());
         }
     }
     methods
@@ -214,7 +209,7 @@ fn methods<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a str> {
 fn without_curve<'a>(input: &'a Input, scene: &Scene) -> Vec<(String, &'a str)> {
     let own = || input.facts.runs.iter().filter(|run| run.scene == scene.id);
     let faults_of = |method: &'a str| {
-        let its = || own().filter(move |run| id(run) == method).map(|run| run.verdict);
+        let its = || own().filter(move |run| run.id() == method).map(|run| run.verdict);
         let is_sound = its().any(|verdict| verdict == Verdict::Stable);
         let signs: BTreeSet<String> = its().map(|verdict| fault(&[verdict]).text).collect();
         signs.into_iter().filter(move |_| !is_sound).map(move |sign| (sign, method))
@@ -243,7 +238,7 @@ fn frames(input: &Input) -> Option<Sheet> {
     let mut scenes = hanging(input);
     scenes.retain(|scene| !timed(input, scene).is_empty());
     let named = named(input, &scenes);
-    let others = methods(input.facts.runs.iter().filter(|run| !named.contains(&id(run))));
+    let others = methods(input.facts.runs.iter().filter(|run| !named.contains(&run.id())));
     let looks = looks(&named);
     let draft = |scene: &&Scene| -> Draft {
         let runs = timed(input, scene);
@@ -253,7 +248,7 @@ fn frames(input: &Input) -> Option<Sheet> {
             state: State::Stable,
         };
         let points = |method: &str| {
-            let own = runs.iter().filter(|(run, ..)| id(run) == method).copied().collect();
+            let own = runs.iter().filter(|(run, ..)| run.id() == method).copied().collect();
             best(own).iter().map(point).collect()
         };
         let behind = others.iter().filter_map(|method| {
@@ -350,7 +345,7 @@ fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, 
         if error > level {
             continue;
         }
-        match least.iter_mut().find(|(other, _)| id(other) == id(run)) {
+        match least.iter_mut().find(|(other, _)| other.id() == run.id()) {
             Some(known) if known.1 <= time => {}
             Some(known) => *known = (run, time),
             None => least.push((run, time)),
@@ -360,28 +355,25 @@ fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, 
     least
 }
 
-/// The first of the runs, fastest first, and those that tie with it.
-fn leaders<'a, 'b>(fastest: &'b [(&'a Run, f64)]) -> &'b [(&'a Run, f64)] {
-    let least = fastest.first().map_or(0.0, |(_, time)| *time);
-    let end = fastest.partition_point(|(_, time)| *time <= TIE * least);
-    &fastest[..end]
+/// The fastest run with an error of at most `level` (m), and those that tie with it.
+fn leaders<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
+    facts::leaders(|share| fastest(input, scene, share * level))
 }
 
 fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
     if scene.measure == Measure::Kept {
         return told(Shade::Idle, "not ranked");
     }
-    let all = fastest(input, scene, level);
-    let [(first, least), ties @ ..] = leaders(&all) else { return told(Shade::Idle, "") };
-    let ties: Vec<&str> = ties.iter().map(|(run, _)| id(run)).collect();
-    let next = all.get(1).map(|(_, next)| next / least);
-    tiles::winner(id(first), first.is_limited, &ties, next)
+    let leaders = leaders(input, scene, level);
+    let [(first, least), ties @ ..] = &leaders[..] else { return told(Shade::Idle, "") };
+    let ties: Vec<&str> = ties.iter().map(|(run, _)| run.id()).collect();
+    let next = fastest(input, scene, level).get(1).map(|(_, next)| next / least);
+    tiles::winner(first.id(), first.is_limited, &ties, next)
 }
 
 /// The map, with a note about two uses. The long study has no row for these.
 fn map_of_uses(input: &Input) -> Option<Matrix> {
-    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball, for less \
-                than a second; for longer, the table of uses.";
+    let uses = "A film's curtain and a game's skirt, for seconds: the map of animation-long.";
     let mut map = map(input)?;
     map.notes.push(uses.to_owned());
     Some(map)
@@ -402,7 +394,7 @@ fn map(input: &Input) -> Option<Matrix> {
             false => "not reached, not timed, or noise",
         }),
         notes: vec![
-            signs_of_winners("within a factor of 1.5"),
+            signs_of_winners("within a factor of 2, or less sure than a tenth of the error"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
         ]
         .into_iter()

@@ -4,6 +4,7 @@ use super::facts::{Facts, GOOD, LIVELY, Measure, Run, STRETCHED, Scene};
 use crate::studies::names::{count, labels, methods, range, told, verb};
 use drape_report::number::significant;
 use drape_report::{Verdict, Words};
+use std::cmp::Reverse;
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str =
@@ -24,7 +25,8 @@ const APART_M: f64 = 1.0;
 pub(super) fn words(facts: &Facts) -> Words {
     let conclusion = [in_one_call(facts), explicit(facts)].into_iter().flatten();
     let conclusion = conclusion.collect::<Vec<_>>().join(" ");
-    let observations = [nearest(facts), still(facts), gaining(facts), lost(facts), never(facts)];
+    let observations =
+        [nearest(facts), growing(facts), still(facts), gaining(facts), lost(facts), never(facts)];
     Words {
         conclusion,
         observations: observations.into_iter().flatten().collect(),
@@ -56,6 +58,19 @@ pub(super) fn long(facts: &Facts) -> Words {
             scene.id
         ));
     }
+    let mut origins: Vec<_> = ran.scenes.iter().filter_map(|s| s.computed.as_ref()).collect();
+    origins.sort_unstable();
+    origins.dedup();
+    for origin in origins {
+        let own = ran.scenes.iter().filter(|scene| scene.computed.as_ref() == Some(origin));
+        let names: Vec<_> = own.map(|scene| format!("\u{201c}{}\u{201d}", scene.id)).collect();
+        caveats.push(format!(
+            "Computed apart from the rest of the record, at commit {} on {}: {}.",
+            origin.commit.get(..8).unwrap_or(&origin.commit),
+            origin.cpu,
+            names.join("; ")
+        ));
+    }
     let apart = ran.scenes.iter().filter(|scene| scene.shape_floor_m >= APART_M);
     for scene in apart {
         caveats.push(format!(
@@ -67,7 +82,7 @@ pub(super) fn long(facts: &Facts) -> Words {
     }
     if ran.scenes.iter().any(|scene| scene.measure == Measure::Kept) {
         caveats.push(
-            "After seconds on a ball or in the wind, two true motions are as far apart as any two \
+            "After seconds in the wind, two true motions are as far apart as any two \
              runs, so no distance ranks the runs there."
                 .to_owned(),
         );
@@ -137,7 +152,7 @@ fn scale(facts: &Facts) -> String {
          most {} % more",
         100.0 * STRETCHED
     );
-    let ends = "after seconds on a ball or in the wind";
+    let ends = "after seconds in the wind";
     match (has(|measure| measure != Measure::Kept), has(|measure| measure == Measure::Kept)) {
         (true, true) => format!("A frame is good if it {near}; {ends}, if it {kept}."),
         (false, true) => format!("A frame is good if it {kept}."),
@@ -174,6 +189,70 @@ fn nearest(facts: &Facts) -> Option<String> {
     Some(format!(
         "With one call a frame, the nearest run that is stable and moves is off by at most {most} mm \
          on any scene."
+    ))
+}
+
+/// The fewest parts in a frame of a sound run of a form on a mesh.
+struct Need {
+    particles: usize,
+    number: u32,
+    /// Whether it is only known that more are needed.
+    is_more: bool,
+}
+
+impl Need {
+    /// On each mesh of the hanging cloth, coarsest first. Of several scenes with one mesh the most
+    /// demanding counts.
+    fn of(facts: &Facts, label: &str) -> Vec<Self> {
+        let of = |scene: &Scene| {
+            let parts = |run: &Run| run.substeps * run.inside.unwrap_or(1);
+            let own = runs(facts, scene).filter(|run| run.label == label);
+            let least = own.clone().filter(|run| run.is_sound()).map(parts).min();
+            let is_tried =
+                |run: &&Run| !matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
+            let most = own.filter(is_tried).map(parts).max()?;
+            let (number, is_more) = (least.unwrap_or(most), least.is_none());
+            Some(Self { particles: scene.particles, number, is_more })
+        };
+        let hanging = facts.scenes.iter().filter(|scene| scene.id.starts_with("hanging"));
+        let mut needs: Vec<_> = hanging.filter_map(of).collect();
+        needs.sort_unstable_by_key(|need| (need.particles, Reverse((need.is_more, need.number))));
+        needs.dedup_by_key(|need| need.particles);
+        needs
+    }
+
+    fn told(&self) -> String {
+        let more = if self.is_more { "more than " } else { "" };
+        format!("{more}{} for {} particles", self.number, self.particles)
+    }
+}
+
+/// Number of meshes from which on a growth shows.
+const MESHES: usize = 3;
+
+/// How the substeps of a form without a stiffness limit grow with the mesh, beside the steps of the
+/// limited form that needs the fewest.
+fn growing(facts: &Facts) -> Option<String> {
+    let least = |is_meant: &dyn Fn(&Run) -> bool| {
+        let all = forms(facts.runs.iter().filter(|run| is_meant(run))).into_iter();
+        let all = all.map(|label| (label, Need::of(facts, label)));
+        let last = |needs: &[Need]| needs.last().map(|need| (need.is_more, need.number));
+        let all = all.filter(|(_, needs)| needs.len() >= MESHES);
+        all.min_by_key(|(_, needs)| last(needs)).map(|(label, needs)| {
+            let told: Vec<_> = needs.iter().map(Need::told).collect();
+            (label.to_owned(), told.join(", "))
+        })
+    };
+    let is_divided = |run: &Run| {
+        let scene = facts.scenes.iter().find(|scene| scene.id == run.scene);
+        let parts = scene.and_then(|scene| run.parts(scene));
+        run.inside.is_some() && parts.is_some_and(|(_, what)| what == "substeps")
+    };
+    let (form, substeps) = least(&is_divided)?;
+    let (other, steps) = least(&|run| run.is_limited)?;
+    Some(format!(
+        "The substeps of a frame in which `{form}` keeps its energy and its motion grow with the \
+         mesh, like the steps of `{other}`: at least {substeps}, beside {steps}."
     ))
 }
 
@@ -312,7 +391,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::facts::{Counters, Measure, Missing};
+    use super::super::facts::{Counters, Measure, Missing, leaders};
     use super::*;
 
     fn scene() -> Scene {
@@ -339,6 +418,7 @@ mod tests {
             released_j: 1.0,
             prestress: 0.0,
             portable: true,
+            computed: None,
         }
     }
 
@@ -429,6 +509,59 @@ mod tests {
         ] {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }
+    }
+
+    #[test]
+    fn substeps_that_grow_with_the_mesh_are_told_beside_explicit_steps() {
+        let meshes = [(4, 6, 32), (16, 20, 96), (64, 0, 256)];
+        let mut facts = Facts { scenes: Vec::new(), runs: Vec::new(), missing: Vec::new() };
+        for (particles, substeps, steps) in meshes {
+            let id = format!("hanging, {particles}");
+            facts.scenes.push(Scene { id: id.clone(), particles, ..scene() });
+            let lines = |number: u32, verdict| Run {
+                scene: id.clone(),
+                method: format!("xpbd-lines:substeps={number},iterations=1,order=2"),
+                inside: Some(number),
+                ..run("xpbd-lines", 2, verdict, 0.002)
+            };
+            facts.runs.push(lines(40, Verdict::Unstable));
+            if substeps > 0 {
+                facts.runs.push(lines(substeps / 2, Verdict::Stable));
+            }
+            let explicit = run("symplectic-euler", steps, Verdict::Stable, 0.001);
+            facts.runs.push(Run { scene: id, ..explicit });
+        }
+        assert_eq!(
+            growing(&facts).as_deref(),
+            Some(
+                "The substeps of a frame in which `xpbd-lines` keeps its energy and its motion grow with \
+                 the mesh, like the steps of `symplectic-euler`: at least 6 for 4 particles, 20 for 16 \
+                 particles, more than 80 for 64 particles, beside 32 for 4 particles, 96 for 16 \
+                 particles, 256 for 64 particles."
+            )
+        );
+        facts.scenes.pop();
+        assert_eq!(growing(&facts), None);
+    }
+
+    /// Errors are known to a part of themselves only, and times to the ladder of steps.
+    #[test]
+    fn a_method_that_a_slightly_larger_error_puts_first_ties() {
+        let of = |method: &str, error: f64| run(method, 1, Verdict::Stable, error);
+        let runs = [of("a", 0.009), of("b", 0.0105), of("c", 0.0095), of("d", 0.02)];
+        let times = [1.0, 0.4, 1.9, 0.1];
+        let within = |share: f64| {
+            let mut own: Vec<(&Run, f64)> = runs.iter().zip(times).collect();
+            own.retain(|(run, _)| run.is_good_within(&scene(), share));
+            own.sort_by(|a, b| a.1.total_cmp(&b.1));
+            own
+        };
+        let first = leaders(within);
+        let names: Vec<_> = first.iter().map(|(run, _)| run.id()).collect();
+        assert_eq!(names, ["a", "c", "b"]);
+        let twice = |share: f64| if share < 1.0 { Vec::new() } else { within(1.0) };
+        assert_eq!(leaders(twice).len(), 2);
+        assert!(leaders(|_| Vec::new()).is_empty());
     }
 
     #[test]

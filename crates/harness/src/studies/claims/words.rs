@@ -37,7 +37,8 @@ pub(super) fn words(facts: &Facts) -> Words {
         "A claim is general; its verdict holds for the scenes that were run, and another reading \
          may overturn it."
             .to_owned(),
-        "Counted work decides claims about time; the ledger says where measured seconds disagree."
+        "Counted work decides the claims of the paper about time, and modelled time the expectations \
+         M01 to M04 and M06 to M08; the ledger says where measured seconds disagree."
             .to_owned(),
     ]);
     if !later.is_empty() {

@@ -27,7 +27,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     Plate {
         file: "rest-cheapest.svg",
         title: "Computing time until the cloth rests",
-        caption: "Marked runs are the cheapest of a scene or tie with it, within a factor of 1.5. \
+        caption: "Marked runs are the cheapest of a scene or tie with it, within a factor of 3. \
             The number is the time on one core that the cheapest run of a form takes until its \
             surface stays within 1 mm of its rest shape, which must be a right one: the least \
             known, or one in which a true motion ends. Order and marks belong to the processor \

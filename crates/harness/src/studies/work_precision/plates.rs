@@ -60,7 +60,7 @@ pub(super) const PLATES: &[Plate<Input>] = &[
     },
     Plate {
         file: "work-precision-size.svg",
-        title: "On finer meshes explicit steps and sweeps over lines stay first",
+        title: "Up to 1600 particles explicit steps and sweeps over lines stay among the first",
         caption: "From 100 to 1600 particles symplectic Euler and XPBD by lines hold or share the \
             front for 1 %. Left: k/m = 10⁶ s⁻² and d/m = 10 s⁻¹ on every mesh, so the finer sheet \
             is a softer cloth. Right: the same cloth, so k/m and d/m grow with the number of \

@@ -9,7 +9,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Inside, Runs, Substeps};
-use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, TimingRow};
+use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, Scene, TimingRow};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
@@ -93,12 +93,13 @@ fn common() -> String {
          {FRAMES_PER_S} frames a second, in one scene {FILM}. The cloth either hangs by two \
          corners, let go from the horizontal; or hangs from an upper edge that goes to and fro \
          across it; or falls, 8 cm off its centre, on a ball of 30 cm radius with a coefficient \
-         of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
+         of friction of 0.3; or is held in its middle while the rest falls over that ball, and so \
+         stays on it; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
          rest. Leapfrog at a quarter of its limit computes the true motion. Further true motions \
          start 1 µm off, out of the plane (seeded); they measure the noise. A run is compared \
-         with the nearest true motion. Shape ranks the runs where the cloth hangs: the mean \
-         distance from the particles of each surface to the triangles of the other, about every \
-         0.1 s. On the ball and in the wind two starts soon move apart, so there the distance of \
+         with the nearest true motion. Shape ranks the runs where pins hold the cloth and no \
+         wind blows: the mean distance from the particles of each surface to the triangles of the \
+         other, about every 0.1 s. On the ball without pins and in the wind two starts soon move apart, so there the distance of \
          the particles at 0.3 s ranks the runs. Every method runs with {LADDER:?} substeps of a \
          frame. Where a setting fixes the work in a call (substeps, sweeps or iterations), the \
          method's file lists up to {} pairs of calls and values, and the form runs with these. It \
@@ -110,8 +111,10 @@ fn common() -> String {
          kept. A run is locked if its energy is stable and the middle of the free edge moves less \
          than half of the true path. It has lost contact if at the end fewer than half as many \
          particles lie on the ball as in the true motion, to {} mm. Where rings or wind supply \
-         energy, a run gains energy by itself if its mean kinetic energy is more than {} times \
-         the true one. A run ends over budget after the work of {} sweeps of forces a frame, or \
+         energy, a gain is what exceeds the energy at the start and their work, compared with the \
+         greatest kinetic energy of the true motion. If their work is not known within a step, the \
+         least possible gain counts. A run has gained energy, too, if its mean kinetic energy is \
+         more than {} times the true one. A run ends over budget after the work of {} sweeps of forces a frame, or \
          after {:e} visits of a spring if that is more. On meshes finer than 20 particles along \
          an edge, the number of sweeps grows with the number along the edge.",
         scenes::LIGHT,
@@ -190,7 +193,10 @@ pub(super) fn run(context: &Context<'_>) -> Result<Measured<Facts, TimingRow>, H
 
 /// The study's facts in the form in which two records are compared.
 pub(crate) fn comparable(facts: &Facts) -> Vec<Fact> {
-    let scenes = facts.scenes.iter().map(|scene| fact(scene.id.clone(), scene.portable, scene));
+    let scenes = facts.scenes.iter().map(|scene| {
+        let scene = Scene { computed: None, ..scene.clone() };
+        fact(scene.id.clone(), scene.portable, &scene)
+    });
     let runs = facts.runs.iter().map(|run| {
         let inside = run.inside.map_or_else(String::new, |number| format!(" of {number}"));
         let key = format!("{}, {}, ×{}{inside}", run.scene, run.label, run.substeps);

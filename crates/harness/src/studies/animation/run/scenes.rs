@@ -6,12 +6,13 @@ use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::schedule::Schedule;
-use crate::stability::{gershgorin, reference_run};
+use crate::stability::{Energy, Rule, gershgorin, judge, reference_run};
 use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
 use crate::studies::clocked::{Taken, samples};
 use crate::studies::filmed::{Counters, LONG_S, Stage};
 use crate::studies::finite;
 use crate::studies::sheet::cut;
+use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, system_hash};
 use drape_integrator::PrepareError;
 use drape_model::fabric::Material;
@@ -20,6 +21,8 @@ use drape_oracle::Random;
 use drape_report::Verdict;
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::Instant;
 
 /// Damping of a spring over its stiffness, s.
@@ -48,8 +51,8 @@ pub(super) const NEAR_M: f64 = 5e-3;
 /// Radius of the ball and place of its centre, m.
 const BALL_M: f64 = 0.3;
 const CENTRE_M: [f64; 3] = [0.08, 0.0, 0.0];
-/// If wind or rings supply energy, a run has gained energy if its kinetic energy exceeds this share
-/// of the true one.
+/// If wind or rings supply energy, a run has also gained energy if its mean kinetic energy exceeds
+/// this share of the true one.
 pub(super) const RESTLESS: f64 = 1.5;
 /// Period of the rings of a curtain, s, and the distance that they move, m.
 const SWAY_S: f64 = 0.8;
@@ -64,6 +67,9 @@ pub(super) enum Place {
     Led,
     /// It falls on a ball, off its centre.
     Ball,
+    /// Its middle is held above a ball, as a waist holds a skirt. The rest falls over the ball, off
+    /// its centre, and stays there.
+    Held,
     /// Held by the corners of an upright edge, in the wind.
     Flag,
 }
@@ -136,7 +142,8 @@ pub(super) fn long() -> Vec<Case> {
     vec![
         some,
         Case { side: 50, frames: 24, perturbed: 1, ..some },
-        Case { place: Place::Ball, ..dear },
+        Case { place: Place::Led, rate: FILM, frames: 4 * FILM, ..dear },
+        Case { place: Place::Held, ..dear },
         Case { place: Place::Flag, ..dear },
         Case { side: 50, perturbed: 1, ..dear },
         Case { side: 100, frames: 60, perturbed: 1, ..dear },
@@ -145,6 +152,12 @@ pub(super) fn long() -> Vec<Case> {
 }
 
 impl Case {
+    /// A small curtain.
+    #[cfg(test)]
+    pub(super) fn led_quick() -> Self {
+        Self { place: Place::Led, side: QUICK, rate: FILM, frames: FILM, ..BASE }
+    }
+
     /// Whether the quick subset has this case.
     pub(super) fn is_quick(&self) -> bool {
         self.side == QUICK
@@ -159,6 +172,7 @@ impl Case {
             Place::Hanging => "hanging",
             Place::Led => "led",
             Place::Ball => "on a ball",
+            Place::Held => "held on a ball",
             Place::Flag => "flag",
         };
         let damping = if self.is_heavy { "heavy" } else { "light" };
@@ -191,8 +205,8 @@ impl Case {
     /// The measure that ranks its runs.
     fn measure(&self) -> Measure {
         match self.place {
-            Place::Hanging | Place::Led => Measure::Shape,
-            Place::Ball | Place::Flag if self.is_long() => Measure::Kept,
+            Place::Hanging | Place::Led | Place::Held => Measure::Shape,
+            Place::Flag if self.is_long() => Measure::Kept,
             Place::Ball | Place::Flag => Measure::Trajectory,
         }
     }
@@ -244,10 +258,15 @@ impl Case {
                 grid["rotation"] = upright;
                 scene["pins"] = self.led().into();
             }
-            Place::Ball => {
+            Place::Ball | Place::Held => {
                 grid["center_m"] = json!([0, 0, 0.31]);
                 let ball = json!({ "center_m": CENTRE_M, "radius_m": BALL_M, "friction": 0.3 });
                 scene["obstacles"] = json!([{ "sphere": ball }]);
+                if self.place == Place::Held {
+                    let middle = [last / 2, self.side / 2];
+                    let held = |row| middle.map(|column| self.held(row, column));
+                    scene["pins"] = middle.map(held).concat().into();
+                }
             }
             Place::Flag => {
                 grid["rotation"] = upright;
@@ -331,6 +350,7 @@ impl Setting {
             released_j: 0.0,
             prestress: 0.0,
             portable: true,
+            computed: None,
         };
         let hash = system_hash(&spec);
         let members = Vec::new();
@@ -359,7 +379,13 @@ impl Setting {
         );
         self.members = members?;
         let (coarse, released) = (coarse?, released?);
-        self.scene.released_j = released;
+        let energies = self.members[0].looks.iter().map(|look| look.kinetic);
+        self.scene.released_j = if is_driven(&self.simulation.system) {
+            energies.fold(0.0, f64::max)
+        } else {
+            released
+        };
+        let released = self.scene.released_j;
         self.scene.prestress = elastic_energy(&self.simulation) / released;
         let (first, others) = (&self.members[0], &self.members[1..]);
         let count = others.len() as f64;
@@ -402,20 +428,28 @@ impl Setting {
         Ok(counts.energy.released)
     }
 
-    /// Runs a method over the scene. Returns the counts and what the camera saw.
+    /// Runs a method over the scene. Returns the counts, what the camera saw, and the energy that
+    /// the run surely gained beside the work of rings and wind, J; `None` where they do no work or a
+    /// method moves particles by other means than forces.
     fn film(
         &self,
         start: &Simulation,
         choice: &Choice,
         substeps: u32,
         budget: f64,
-    ) -> Result<(Counts, Seen), HarnessError> {
+    ) -> Result<(Counts, Seen, Option<f64>), HarnessError> {
         let time = self.camera.span(substeps, self.case.frames);
         let runner = Runner::new(choice, time).reference(self.scene.released_j).budget(budget);
-        let (counts, seen) =
-            self.camera.film(self.in_time(runner), start, &start.state.x, substeps)?;
+        let mut runner = self.in_time(runner);
+        let balance = WorkBalance::new(&start.system, &start.state);
+        let balance = is_driven(&start.system).then(|| Rc::new(RefCell::new(balance)));
+        if let Some(balance) = &balance {
+            let balance = Rc::clone(balance);
+            runner = runner.ledger().observe(move |moment| balance.borrow_mut().look(moment));
+        }
+        let (counts, seen) = self.camera.film(runner, start, &start.state.x, substeps)?;
         self.check_time(&counts.outcome)?;
-        Ok((counts, seen))
+        Ok((counts, seen, balance.and_then(|balance| balance.borrow().sure_excess())))
     }
 
     /// Makes a run stop at the deadline.
@@ -511,14 +545,23 @@ impl Setting {
             counts: Counters::default(),
             portable: choice.is_portable(),
         };
-        let (counts, seen) = match self.film(&self.simulation, &choice, substeps, self.budget()) {
-            Ok(seen) => seen,
-            Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
-            Err(error) => return Err(error),
-        };
+        let (counts, seen, excess) =
+            match self.film(&self.simulation, &choice, substeps, self.budget()) {
+                Ok(seen) => seen,
+                Err(HarnessError::Prepare(PrepareError::Unsupported { .. })) => return Ok(run),
+                Err(error) => return Err(error),
+            };
         run.counts = Counters::of(&counts.outcome);
         run.gain = finite(counts.energy.gain / self.scene.released_j);
         run.verdict = counts.verdict(self.scene.released_j);
+        if let (Verdict::Open, Some(gain)) = (run.verdict, excess) {
+            run.gain = finite(gain / self.scene.released_j);
+            let energy = Energy { gain, ..Energy::default() };
+            let verdict = judge(&energy, Rule::Dissipative, self.scene.released_j);
+            if verdict != Verdict::Stable {
+                run.verdict = verdict;
+            }
+        }
         if counts.outcome.is_over_budget && run.verdict < Verdict::Unstable {
             run.verdict = Verdict::OverBudget;
         }
@@ -558,7 +601,8 @@ impl Setting {
             let lies = |x: &&Vec3| (*x - Vec3::from(CENTRE_M)).norm() <= BALL_M + NEAR_M;
             film.looks.last().map_or(0, |look| look.x.iter().filter(lies).count()) as f64
         };
-        let is_there = self.case.place == Place::Ball && on_the_ball(other) > 0.0;
+        let has_ball = matches!(self.case.place, Place::Ball | Place::Held);
+        let is_there = has_ball && on_the_ball(other) > 0.0;
         is_there.then(|| on_the_ball(film) / on_the_ball(other))
     }
 

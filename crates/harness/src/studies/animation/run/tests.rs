@@ -54,12 +54,25 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     assert!(timing.frame_s > 0.0 && timing.samples_s.len() <= REPETITIONS);
 }
 
+/// Rings do work on a curtain. What a run gains beside it is its own.
+#[test]
+fn a_led_run_that_gains_energy_beside_the_work_of_its_rings_is_not_sound() {
+    let setting = Setting::new(&Case::led_quick()).expect("a valid scene");
+    let scene = &setting.scene;
+    let runs = |method, substeps| setting.runs(&film(method, substeps)).expect("runs");
+    let truth = runs("leapfrog:damping=explicit", Substeps::Limit);
+    let finest = truth.last().expect("a run");
+    assert!(finest.is_good(scene) && finest.gain < 0.01, "{finest:?}");
+    let lines = runs("xpbd-lines:substeps=2", Substeps::Ladder);
+    panic!("{lines:#?} {scene:?}");
+}
+
 /// The largest cloth has the budget of the next smaller one, in which explicit methods still reach
 /// twice their limit.
 #[test]
 fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() {
     let sweeps: Vec<_> = long_cases().iter().map(Case::sweeps_a_frame).collect();
-    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
+    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
     for case in long_cases() {
         let setting = Setting::staged(&case).expect("a valid scene");
         let limit = f64::from(setting.scene.limit_substeps);
