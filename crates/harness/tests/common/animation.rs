@@ -32,6 +32,7 @@ pub(crate) fn animation() -> Record<Facts> {
         released_j: 0.9,
         prestress: 0.0,
         portable: true,
+        computed: None,
     };
     let scenes = vec![scene("hanging", 1e-4), scene("on a ball", 1e-2)];
     let mut runs = Vec::new();
