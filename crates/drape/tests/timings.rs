@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// The scenes that the record of these tests keeps, from the committed one.
-const SCENE: &str = "on a ball, cotton-blend, light, n=400, 5 s";
+const SCENE: &str = "held on a ball, cotton-blend, light, n=400, 5 s";
 const LARGE: &str = "hanging, cotton-blend, light, n=10000";
 
 fn timings(study: &str, out: &Path) -> Output {

@@ -21,7 +21,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "trajectory-map.svg",
         title: "Which method follows the motion at least cost, by stiffness and damping",
         caption: "Only a colour marks a lead by a factor of 2: blue is an explicit method, yellow \
-            an implicit one. White places are ties, and two of the methods are named. Each place \
+            an implicit one, violet one of local solves, which the words count as implicit. White \
+            places are ties, and two of the methods are named. Each place \
             names the method with the least modelled time for an error of the trajectory. A row is \
             a damping and an error, a column a stiffness over mass, from soft to stiff. \
             \u{201c}noise\u{201d}: a start that differs by 1 µm moves the end by more than half of \

@@ -71,7 +71,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[
         file: "work-precision-map.svg",
         title: "Which method is the cheapest",
         caption: "Only a colour marks a lead by a factor of 2: blue is an explicit method, yellow \
-            an implicit one. White places are ties, and two of the methods are named. Each place \
+            an implicit one, violet one of local solves, which the words count as implicit. White \
+            places are ties, and two of the methods are named. Each place \
             names the method with the least modelled time for an error. A row is a scene, a \
             damping and an error, a column a stiffness over mass, from soft to stiff. Light \
             damping is d/m = 10 s⁻¹, heavy damping d/m = √(k/m). \u{201c}noise\u{201d}: a start \

@@ -6,6 +6,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod diagonals;
+mod energy;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 mod linearise_tests;
@@ -197,6 +198,17 @@ impl LinearSprings {
             out[j] += f;
         });
     }
+
+    /// The reference form of the energy, J.
+    pub(crate) fn energy_reference(&self, x: &[Vec3]) -> f64 {
+        let mut sum = -0.0;
+        self.each(|s| {
+            let (i, j) = s.ends();
+            let stretch = (x[i] - x[j]).norm() - s.rest_length;
+            sum += 0.5 * s.stiffness * stretch * stretch;
+        });
+        sum
+    }
 }
 
 /// `d/L`, which is 0 for a collapsed spring.
@@ -218,13 +230,10 @@ impl Effect for LinearSprings {
 
     /// `U = Σ ½ k (L − ℓ)²`.
     fn energy(&self, _mass: &[f64], x: &[Vec3]) -> f64 {
-        let mut sum = -0.0;
-        self.each(|s| {
-            let (i, j) = s.ends();
-            let stretch = (x[i] - x[j]).norm() - s.rest_length;
-            sum += 0.5 * s.stiffness * stretch * stretch;
-        });
-        sum
+        match &self.store {
+            Store::Diagonals(diagonals) => energy::sum(diagonals, x),
+            Store::Listed(_) => self.energy_reference(x),
+        }
     }
 
     /// `f_i = −k (L − ℓ) û`: the negative of EEH (11).
