@@ -269,8 +269,9 @@ fn figures_name_axes_units_and_every_curve() {
         &["any other method", "In every panel: L symplectic-euler; ✗ leapfrog."],
     );
     expect("animation-map.svg", &["hanging", "10 mm, good", "a tie, whatever the kinds"]);
-    let uses = "A film's curtain: the row at 24 Hz. A game's skirt: the row on a ball,";
-    expect("animation-map.svg", &[uses, "for less than a second; for longer, the table of uses."]);
+    let kind = "it takes more sweeps or substeps (local solves)";
+    let uses = "A film's curtain and a game's skirt, for seconds: the map of";
+    expect("animation-map.svg", &[kind, uses, "animation-long."]);
     expect(
         "animation-long-cheapest.svg",
         &["hanging", "on a ball", "locked", "over the budget of work"],

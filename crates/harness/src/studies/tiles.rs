@@ -80,7 +80,7 @@ pub(super) fn legend_of_winners(idle: &str) -> Vec<(Tile, String)> {
     let entries = [
         (Shade::Open, "stiffness limits the step (explicit)"),
         (Shade::Fair, "it does not (implicit)"),
-        (Shade::Still, "nor here, but it adds sweeps or substeps (local solves)"),
+        (Shade::Still, "it takes more sweeps or substeps (local solves)"),
         (Shade::Tie, "a tie, whatever the kinds"),
         (Shade::Idle, idle),
     ];

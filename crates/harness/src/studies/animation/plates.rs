@@ -394,7 +394,7 @@ fn map(input: &Input) -> Option<Matrix> {
             false => "not reached, not timed, or noise",
         }),
         notes: vec![
-            signs_of_winners("within a factor of 2, or less sure than a tenth of the error"),
+            signs_of_winners("within a factor of 2 or a tenth of the error"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
         ]
         .into_iter()

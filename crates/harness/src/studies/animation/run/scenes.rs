@@ -441,8 +441,8 @@ impl Setting {
         let time = self.camera.span(substeps, self.case.frames);
         let runner = Runner::new(choice, time).reference(self.scene.released_j).budget(budget);
         let mut runner = self.in_time(runner);
-        let balance = WorkBalance::new(&start.system, &start.state);
-        let balance = is_driven(&start.system).then(|| Rc::new(RefCell::new(balance)));
+        let balance = || Rc::new(RefCell::new(WorkBalance::new(&start.system, &start.state)));
+        let balance = is_driven(&start.system).then(balance);
         if let Some(balance) = &balance {
             let balance = Rc::clone(balance);
             runner = runner.ledger().observe(move |moment| balance.borrow_mut().look(moment));
