@@ -183,7 +183,7 @@ fn the_lab_opens_with_three_panes_and_three_verdicts() {
 /// A busy browser draws its first picture late. What the cameras show is decided by the start of the
 /// scene, not by a cloth that has exploded by then.
 #[test]
-fn a_late_first_picture_shows_every_cloth_from_near() {
+fn a_late_first_picture_shows_every_cloth_that_has_not_exploded_from_near() {
     let Some(chromium) = chromium() else { return };
     let (address, _) = serve();
     let hold = "const waiting = []; let isHeld = true; const draw = requestAnimationFrame.bind(window); \

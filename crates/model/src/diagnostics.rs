@@ -77,3 +77,35 @@ impl System {
         x.iter().map(shown).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::num::NonZero;
+
+    /// A sheet with more particles than one thread takes.
+    #[test]
+    fn threads_share_the_energies_of_the_effects_without_changing_a_bit() {
+        let text = r#"{ "format": "drape-scene/1", "name": "s", "cloth": { "grid": { "rows": 70,
+            "columns": 70, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4 } },
+            "effects": { "tension": { "stiffness_n_per_m": 9 }, "shear": { "stiffness_n_per_m": 3 },
+            "bending": { "stiffness_n_per_m": 1 }, "gravity": { "m_s2": [0, 0, -9.81] } },
+            "time": { "step_s": 0.01, "duration_s": 1 } }"#;
+        let spec = crate::parse("s.json", text).expect("valid").spec().clone();
+        let (mut system, mut state) = spec.build().expect("valid");
+        assert!(state.x.len() > PIECE);
+        for (n, x) in state.x.iter_mut().enumerate() {
+            x.z += 1e-3 * (n % 7) as f64;
+        }
+        let of = |system: &System| {
+            let energies = system.energies(&state.x).map(|(name, energy)| (name, energy.to_bits()));
+            (energies.collect::<Vec<_>>(), system.potential_energy(&state.x).to_bits())
+        };
+        let one = of(&system);
+        let names: Vec<_> = one.0.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["tension", "shear", "bending", "gravity"]);
+        assert!(one.0.iter().all(|(_, energy)| f64::from_bits(*energy) != 0.0), "{one:?}");
+        system.set_threads(NonZero::new(3).expect("positive"));
+        assert_eq!(of(&system), one);
+    }
+}

@@ -94,3 +94,17 @@ pub(super) fn signs_of_winners(bound: &str) -> String {
          and +3 counts three more."
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_winner_has_the_colour_of_its_kind_and_a_tie_has_none() {
+        let of = |name: &str, is_explicit: bool| winner(name, is_explicit, &[], Some(3.0)).shade;
+        assert_eq!(of("symplectic-euler", true), Shade::Open);
+        assert_eq!(of("bdf2", false), Shade::Fair);
+        assert_eq!(of("xpbd-lines", false), Shade::Still);
+        assert_eq!(winner("bdf2", false, &["dirk"], None).shade, Shade::Tie);
+    }
+}

@@ -174,9 +174,12 @@ fn short(method: &str) -> String {
 /// counts the others.
 fn ties(what: &str, labels: &[String]) -> String {
     const SHOWN: usize = 3;
+    if labels.is_empty() {
+        return String::new();
+    }
     let (first, others) = labels.split_at(labels.len().min(SHOWN));
     let more = if others.is_empty() { String::new() } else { format!(" +{} more", others.len()) };
-    if labels.is_empty() { more } else { format!("; {what}: {}{more}", first.join(", ")) }
+    format!("; {what}: {}{more}", first.join(", "))
 }
 
 /// The good runs on a scene of a study of films, each the fastest of its method, fastest first.
@@ -224,9 +227,16 @@ impl Frames {
         Ok(Self { study, scene, least, tied })
     }
 
-    /// The runs of other methods that tie with the fastest, each told by `tell`.
+    /// The runs of other methods that tie with the fastest, each told by `tell`, and by its error if
+    /// that is slightly larger than a good one.
     fn near(&self, tell: impl Fn(&animation::facts::Run) -> String) -> Vec<String> {
-        self.tied.iter().map(tell).collect()
+        let told = |run: &animation::facts::Run| match self.scene.error(run) {
+            Some(error) if !run.is_good(&self.scene) => {
+                format!("{} (off by {:.1} mm)", tell(run), 1e3 * error)
+            }
+            _ => tell(run),
+        };
+        self.tied.iter().map(told).collect()
     }
 
     /// How near a good run is.

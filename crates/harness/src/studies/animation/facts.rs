@@ -51,14 +51,14 @@ pub struct Missing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// Distance of the surfaces over the whole span. It can rank hanging cloth, whose motions stay
-    /// close to each other.
+    /// Distance of the surfaces over the whole span. It can rank cloth that pins hold without wind,
+    /// whose motions stay close to each other.
     Shape,
-    /// Distance of the particles at 0.3 s. Cloth that touches or flutters forgets its start, so
-    /// later all motions are equally far apart.
+    /// Distance of the particles at 0.3 s. Cloth that lies free on a ball or flutters forgets its
+    /// start, so later all motions are equally far apart.
     Trajectory,
-    /// No distance: after seconds of contact or wind none tells runs apart. A run is good if it
-    /// is near at 0.3 s and keeps its kinetic energy and its strain.
+    /// No distance: after seconds in the wind none tells runs apart. A run is good if it is near at
+    /// 0.3 s and keeps its kinetic energy and its strain.
     Kept,
 }
 
@@ -263,10 +263,10 @@ impl Run {
     }
 }
 
-/// The fastest run of all and those that tie with it, one for each method: within [`TIE`], and those
-/// that lead or tie if the accepted error is [`NEARLY`] the same. `within` gives the fastest run of
-/// each method, fastest first, each with its time, s, for an error `share` times as large as the one
-/// meant.
+/// The fastest run of all and those that tie with it, one for each method: those within [`TIE`], and
+/// those that would lead or tie, whatever they take, if the accepted error were [`NEARLY`] times as
+/// large or as small. `within` gives the fastest run of each method, fastest first, each with its
+/// time, s, for an error `share` times as large as the one meant.
 pub fn leaders<'a>(within: impl Fn(f64) -> Vec<(&'a Run, f64)>) -> Vec<(&'a Run, f64)> {
     let first = |share: f64| {
         let mut runs = within(share);

@@ -337,10 +337,12 @@ impl Level {
 /// The fastest run of each method with an error of at most `level` (m), fastest first. Empty if the
 /// noise exceeds half of `level`.
 fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
+    if 2.0 * scene.floor_m() > level { Vec::new() } else { within(input, scene, level) }
+}
+
+/// As [`fastest`], whatever the noise.
+fn within<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
     let mut least: Vec<(&Run, f64)> = Vec::new();
-    if 2.0 * scene.floor_m() > level {
-        return least;
-    }
     for (run, time, error) in timed(input, scene) {
         if error > level {
             continue;
@@ -357,7 +359,10 @@ fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, 
 
 /// The fastest run with an error of at most `level` (m), and those that tie with it.
 fn leaders<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    facts::leaders(|share| fastest(input, scene, share * level))
+    facts::leaders(|share| match scene.floor_m() * 2.0 > level {
+        true => Vec::new(),
+        false => within(input, scene, share * level),
+    })
 }
 
 fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {

@@ -71,7 +71,7 @@ pub(super) fn method() -> String {
 /// How the facts of the long study are measured.
 pub(super) fn long_method() -> String {
     let more = format!(
-        "The scenes of this study last 5 s or have 2500 to 40 000 particles. They run only the first \
+        "The scenes of this study last 4 or 5 s, or have 2500 to 40 000 particles. They run only the first \
          form of each method, which was chosen after the small scenes of `animation` had been run. \
          On the first two scenes an explicit method runs on until one of its runs is also good, as \
          the figures count it. Beyond {} particles along an edge the sweeps of a frame grow no \
@@ -112,8 +112,9 @@ fn common() -> String {
          than half of the true path. It has lost contact if at the end fewer than half as many \
          particles lie on the ball as in the true motion, to {} mm. Where rings or wind supply \
          energy, a gain is what exceeds the energy at the start and their work, compared with the \
-         greatest kinetic energy of the true motion. If their work is not known within a step, the \
-         least possible gain counts. A run has gained energy, too, if its mean kinetic energy is \
+         greatest kinetic energy of the true motion. In each step \
+         the greater of the work by the forces at its start and at its end counts, so a small gain \
+         may be missed. A run has gained energy, too, if its mean kinetic energy is \
          more than {} times the true one. A run ends over budget after the work of {} sweeps of forces a frame, or \
          after {:e} visits of a spring if that is more. On meshes finer than 20 particles along \
          an edge, the number of sweeps grows with the number along the edge.",

@@ -1,6 +1,7 @@
 use super::scenes::{Case, Setting, cases, long as long_cases};
 use super::{EXPLICIT, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
+use crate::studies::animation::facts::{Facts, Origin, Scene};
 use crate::studies::clocked::REPETITIONS;
 use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Progress};
@@ -110,6 +111,21 @@ fn the_parts_of_a_call_are_tried_in_several_numbers_in_every_scene() {
     let runs = setting.runs(&film).expect("runs");
     let coarsest = &runs[0];
     assert_eq!(coarsest.calls(&setting.scene), "1 call of 4 substeps", "{coarsest:?}");
+}
+
+/// The same scene that another machine computed is the same fact.
+#[test]
+fn where_a_scene_was_computed_is_no_fact() {
+    let case = cases().into_iter().find(Case::is_quick).expect("a quick case");
+    let scene = Setting::staged(&case).expect("a valid scene").scene;
+    let origin = Origin { commit: "0123".to_owned(), cpu: "a processor".to_owned() };
+    let apart = Scene { computed: Some(origin), ..scene.clone() };
+    let of = |scene: &Scene| {
+        let facts = Facts { scenes: vec![scene.clone()], runs: Vec::new(), missing: Vec::new() };
+        super::comparable(&facts)[0].values.clone()
+    };
+    assert_eq!(of(&scene), of(&apart));
+    assert_ne!(of(&scene), of(&Scene { particles: 1, ..scene.clone() }));
 }
 
 struct Silent;
