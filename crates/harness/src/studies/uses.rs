@@ -265,11 +265,10 @@ fn form_beside_calls(run: &animation::facts::Run) -> String {
 fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
     let Frames { study, scene, least, .. } = frames;
     let place = match scene.id.split(',').next().unwrap_or_default() {
-        "led" => "one edge moved to and fro",
-        place => place,
+        "led" => ", one edge moved to and fro".to_owned(),
+        place => format!(" {place}"),
     };
-    let span = significant(scene.span_s, 2);
-    let place = format!("{} particles {place} for {span} s", scene.particles);
+    let place = format!("{} particles{place} for {} s", scene.particles, scene.span_s);
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let measured = format!("{place}, {}", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
