@@ -72,7 +72,7 @@ const FRAMES: &str = "Choose the panel of your fabric and the error that you acc
     surfaces over the span; less than 0.01 mm is drawn as 0.01 mm. A curve is a method: the best \
     of its forms, of its numbers of calls a frame, and of substeps in a call. A coloured \
     method is the fastest good one of some panel, or ties with it, or has \
-    in at least half of the panels a run that no other run beats in time and error. All others are \
+    in at least half of the panels a run that no other run beats in time and error. At most twelve are coloured; all others are \
     grey; the map of winners names the fastest, whatever its colour. Grey area: \
     below the noise, where nothing is ranked. Dashed: good enough, 1 cm or twice the noise. Above \
     a panel stand the methods without a sound run, by the way in which their runs fail.";
@@ -161,7 +161,7 @@ fn panel(scene: &Scene) -> Vec<String> {
 }
 
 /// Largest number of methods that the one figure names.
-const NAMED: usize = 10;
+const NAMED: usize = 12;
 
 /// The methods that stand on the fronts of at least half of the scenes, or have the fastest good run
 /// of some scene or tie with it; at most [`NAMED`] of them. Errors below the noise count as equal to
