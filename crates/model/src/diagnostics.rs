@@ -1,8 +1,6 @@
 //! Energies and momenta of a state.
 
-use crate::system::PIECE;
-use crate::{Effect, State, System, Vec3};
-use rayon::prelude::*;
+use crate::{State, System, Vec3};
 
 /// Depth inside an obstacle at which a particle may still be drawn, m.
 const DISPLAY_TOLERANCE: f64 = 1e-12;
@@ -15,10 +13,7 @@ impl System {
 
     /// Potential energy of all effects, J.
     pub fn potential_energy(&self, x: &[Vec3]) -> f64 {
-        if self.threads() == 1 || x.len() < PIECE {
-            return self.effects().map(|effect| effect.energy(self.mass(), x)).sum();
-        }
-        self.energies(x).map(|(_, energy)| energy).sum()
+        self.effects().map(|effect| effect.energy(self.mass(), x)).sum()
     }
 
     /// Kinetic plus potential energy `H`, J.
@@ -26,17 +21,9 @@ impl System {
         self.kinetic_energy(&state.v) + self.potential_energy(&state.x)
     }
 
-    /// Energy of each effect by name, in the order of the effects, J. On large cloth
-    /// [threads](Self::threads) share the effects, which changes no bit.
+    /// Energy of each effect by name, in the order of the effects, J.
     pub fn energies(&self, x: &[Vec3]) -> impl Iterator<Item = (&'static str, f64)> {
-        let effects: Vec<&dyn Effect> = self.effects().collect();
-        let energy = |effect: &&dyn Effect| (effect.name(), effect.energy(self.mass(), x));
-        let energies: Vec<_> = if self.threads() == 1 || x.len() < PIECE {
-            effects.iter().map(energy).collect()
-        } else {
-            effects.par_iter().map(energy).collect()
-        };
-        energies.into_iter()
+        self.effects().map(move |effect| (effect.name(), effect.energy(self.mass(), x)))
     }
 
     /// Linear momentum `Σ m v`, kg m/s.
@@ -75,37 +62,5 @@ impl System {
             shown
         };
         x.iter().map(shown).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::num::NonZero;
-
-    /// A sheet with more particles than one thread takes.
-    #[test]
-    fn threads_share_the_energies_of_the_effects_without_changing_a_bit() {
-        let text = r#"{ "format": "drape-scene/1", "name": "s", "cloth": { "grid": { "rows": 70,
-            "columns": 70, "size_m": [1, 1], "center_m": [0, 0, 0], "mass_kg": 0.4 } },
-            "effects": { "tension": { "stiffness_n_per_m": 9 }, "shear": { "stiffness_n_per_m": 3 },
-            "bending": { "stiffness_n_per_m": 1 }, "gravity": { "m_s2": [0, 0, -9.81] } },
-            "time": { "step_s": 0.01, "duration_s": 1 } }"#;
-        let spec = crate::parse("s.json", text).expect("valid").spec().clone();
-        let (mut system, mut state) = spec.build().expect("valid");
-        assert!(state.x.len() > PIECE);
-        for (n, x) in state.x.iter_mut().enumerate() {
-            x.z += 1e-3 * (n % 7) as f64;
-        }
-        let of = |system: &System| {
-            let energies = system.energies(&state.x).map(|(name, energy)| (name, energy.to_bits()));
-            (energies.collect::<Vec<_>>(), system.potential_energy(&state.x).to_bits())
-        };
-        let one = of(&system);
-        let names: Vec<_> = one.0.iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["tension", "shear", "bending", "gravity"]);
-        assert!(one.0.iter().all(|(_, energy)| f64::from_bits(*energy) != 0.0), "{one:?}");
-        system.set_threads(NonZero::new(3).expect("positive"));
-        assert_eq!(of(&system), one);
     }
 }

@@ -30,7 +30,7 @@ pub struct Revisions {
 }
 
 /// Number of particles that a thread finishes at a time.
-pub(crate) const PIECE: usize = 4096;
+const PIECE: usize = 4096;
 
 fn new_stamp() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
