@@ -195,7 +195,7 @@ struct Frames {
 impl Frames {
     /// On the scene of the study whose name contains `part`.
     fn of(results: &Path, study: &'static str, part: &str) -> Result<Self, String> {
-        use animation::facts::{Facts, Run, TimingRow};
+        use animation::facts::{Facts, Run, TimingRow, fastest_of_each, leaders};
         let Facts { scenes, mut runs, .. } = facts(results, study)?;
         let scene = scenes.into_iter().find(|scene| scene.id.contains(part)).ok_or_else(|| {
             let record = results.join(study).with_extension("json");
@@ -208,21 +208,12 @@ impl Frames {
         let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
         runs.retain(|run| run.scene == scene.id);
         let within = |share: f64| {
-            let mut least: Vec<(&Run, f64)> = Vec::new();
             let good = runs.iter().filter(|run| run.is_good_within(&scene, share));
-            for (run, time) in good.filter_map(|run| Some((run, time(run)?))) {
-                match least.iter_mut().find(|(other, _)| other.id() == run.id()) {
-                    Some(known) if known.1 <= time => {}
-                    Some(known) => *known = (run, time),
-                    None => least.push((run, time)),
-                }
-            }
-            least.sort_by(|a, b| a.1.total_cmp(&b.1));
-            least
+            fastest_of_each(good.filter_map(|run| Some((run, time(run)?))))
         };
         let own = |(run, time): (&Run, f64)| (run.clone(), time);
         let least = within(1.0).into_iter().map(own).collect();
-        let tied = animation::facts::leaders(within).into_iter().skip(1);
+        let tied = leaders(within).into_iter().skip(1);
         let tied = tied.map(|(run, _)| run.clone()).collect();
         Ok(Self { study, scene, least, tied })
     }

@@ -263,10 +263,24 @@ impl Run {
     }
 }
 
+/// The fastest run of each method, fastest first, of runs with their times, s.
+pub fn fastest_of_each<'a>(runs: impl Iterator<Item = (&'a Run, f64)>) -> Vec<(&'a Run, f64)> {
+    let mut fastest: Vec<(&Run, f64)> = Vec::new();
+    for (run, time) in runs {
+        match fastest.iter_mut().find(|(other, _)| other.id() == run.id()) {
+            Some(known) if known.1 <= time => {}
+            Some(known) => *known = (run, time),
+            None => fastest.push((run, time)),
+        }
+    }
+    fastest.sort_by(|a, b| a.1.total_cmp(&b.1));
+    fastest
+}
+
 /// The fastest run of all and those that tie with it, one for each method: those within [`TIE`], and
 /// those that would lead or tie, whatever they take, if the accepted error were [`NEARLY`] times as
-/// large or as small. `within` gives the fastest run of each method, fastest first, each with its
-/// time, s, for an error `share` times as large as the one meant.
+/// large or as small. `within` gives the [fastest run of each method](fastest_of_each), for an
+/// error `share` times as large as the one meant.
 pub fn leaders<'a>(within: impl Fn(f64) -> Vec<(&'a Run, f64)>) -> Vec<(&'a Run, f64)> {
     let first = |share: f64| {
         let mut runs = within(share);

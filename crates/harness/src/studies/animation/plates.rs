@@ -334,35 +334,19 @@ impl Level {
     }
 }
 
-/// The fastest run of each method with an error of at most `level` (m), fastest first. Empty if the
-/// noise exceeds half of `level`.
+/// The fastest run of each method with an error of at most `level` (m), fastest first.
 fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    if 2.0 * scene.floor_m() > level { Vec::new() } else { within(input, scene, level) }
+    let near = timed(input, scene).into_iter().filter(|(.., error)| *error <= level);
+    facts::fastest_of_each(near.map(|(run, time, _)| (run, time)))
 }
 
-/// As [`fastest`], whatever the noise.
-fn within<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    let mut least: Vec<(&Run, f64)> = Vec::new();
-    for (run, time, error) in timed(input, scene) {
-        if error > level {
-            continue;
-        }
-        match least.iter_mut().find(|(other, _)| other.id() == run.id()) {
-            Some(known) if known.1 <= time => {}
-            Some(known) => *known = (run, time),
-            None => least.push((run, time)),
-        }
-    }
-    least.sort_by(|a, b| a.1.total_cmp(&b.1));
-    least
-}
-
-/// The fastest run with an error of at most `level` (m), and those that tie with it.
+/// The fastest run with an error of at most `level` (m), and those that tie with it. Empty if the
+/// noise exceeds half of `level`.
 fn leaders<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    facts::leaders(|share| match scene.floor_m() * 2.0 > level {
-        true => Vec::new(),
-        false => within(input, scene, share * level),
-    })
+    if 2.0 * scene.floor_m() > level {
+        return Vec::new();
+    }
+    facts::leaders(|share| fastest(input, scene, share * level))
 }
 
 fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {

@@ -371,21 +371,23 @@ impl Setting {
             }
             starts.push(start);
         }
+        let is_driven = is_driven(&self.simulation.system);
         let shot = |start: &Simulation, substeps| self.film_of_truth(start, &choice, substeps);
         // Large cloth takes minutes a film, so all are shot at the same time, beside the energy.
         let (members, (coarse, released)) = rayon::join(
             || starts.par_iter().map(|start| shot(start, substeps)).collect::<Result<Vec<_>, _>>(),
-            || rayon::join(|| shot(&self.simulation, substeps / 2), || self.released()),
+            || {
+                rayon::join(
+                    || shot(&self.simulation, substeps / 2),
+                    || (!is_driven).then(|| self.released()).transpose(),
+                )
+            },
         );
         self.members = members?;
         let (coarse, released) = (coarse?, released?);
         let energies = self.members[0].looks.iter().map(|look| look.kinetic);
-        self.scene.released_j = if is_driven(&self.simulation.system) {
-            energies.fold(0.0, f64::max)
-        } else {
-            released
-        };
-        let released = self.scene.released_j;
+        let released = released.unwrap_or_else(|| energies.fold(0.0, f64::max));
+        self.scene.released_j = released;
         self.scene.prestress = elastic_energy(&self.simulation) / released;
         let (first, others) = (&self.members[0], &self.members[1..]);
         let count = others.len() as f64;
