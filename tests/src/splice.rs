@@ -133,6 +133,7 @@ pub fn facts(results: &Path) -> Result<BTreeMap<&'static str, String>, String> {
         ("light-prices", light_prices(&motions, &ranked)),
         ("large-cloth", uses::on_large_cloth(results)?),
         ("large-cloth-long", uses::on_large_cloth_for_long(results)?),
+        ("lines-substeps", uses::substeps_of_lines(results)?),
         ("over-model", over_model(&uses::timings::<regret::TimingRow>(results, "regret")?)?),
         ("uses", uses(results)?),
         ("uses-short", uses_in_short(results)?),
@@ -402,7 +403,7 @@ fn uses_in_short(results: &Path) -> Result<String, String> {
         let _ = writeln!(text, "| {what} | {take} | {measured} | {} |", or_dash(&bundled));
     }
     Ok(format!(
-        "{text}\n{} The last column: what `drape compare` advises.\n",
+        "{text}\n{} The last column: what `drape compare` advises for the motion.\n",
         uses::measured_on(results)?
     ))
 }

@@ -155,7 +155,7 @@ fn a_gain_of_energy_is_seen_beside_a_pin_on_a_path() {
 
 /// The upper edge of a sheet goes to and fro, so that all pins move as one.
 fn edge_led() -> SystemSpec {
-    let start = studies::start("animation/led, cotton-blend, light, n=400, 24 Hz");
+    let start = studies::start("animation/led, cotton-blend, light, n=400, 24 Hz, 4 s");
     start.unwrap().unwrap().system().unwrap()
 }
 

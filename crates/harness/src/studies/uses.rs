@@ -43,13 +43,13 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let answers = [
         (
             "a curtain in a film at 24 frames a second",
-            of_frames(results, &Frames::of(results, "animation-long", "24 Hz")?, "curtain")?,
+            of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
         ),
         (
             "a skirt in a game at 60 frames a second",
             of_frames(results, &Frames::of(results, "animation-long", "held")?, "skirt")?,
         ),
-        ("a drape test for a textile laboratory", laid(round.as_ref())?),
+        ("a drape test for a textile laboratory", laid(results, round.as_ref())?),
         ("a teaching demonstration", taught(results)?),
         ("a still of a million particles", of_a_million(results, all.as_ref())?),
     ];
@@ -259,7 +259,12 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         "led" => ", one edge moved to and fro".to_owned(),
         place => format!(" {place}"),
     };
-    let place = format!("{} particles{place} for {} s", scene.particles, scene.span_s);
+    let heavy = scene.damping_over_stiffness_s >= animation::facts::HEAVY;
+    let damping = if heavy { "heavy" } else { "light" };
+    let place = format!(
+        "{}, {damping} damping, {} particles{place} for {} s",
+        scene.fabric, scene.particles, scene.span_s
+    );
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let measured = format!("{place}, {}", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
@@ -272,9 +277,12 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &frames.near(named)));
     let off = match scene.error(first) {
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
-        None => "its kinetic energy and its strain are kept".to_owned(),
+        None => "its strain is kept".to_owned(),
     };
-    let why = format!("`{study}`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
+    let kept = |kept| format!(", {:.0} % of its kinetic energy kept", 100.0 * kept);
+    let kept = first.kinetic.map(kept).unwrap_or_default();
+    let why =
+        format!("`{study}`, {}: {:.1} ms a frame, {off}{kept}{advised}", scene.id, 1e3 * time);
     Ok(Answer { take, measured, bundled, why })
 }
 
@@ -324,6 +332,45 @@ pub fn on_large_cloth(results: &Path) -> Result<String, String> {
 pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
     let (frames, told) = fastest(results, &format!("{HANGING}2500, 5 s"))?;
     Ok(format!("{}: {told}", frames.within()))
+}
+
+/// Stiffness over mass from which on cloth is stiff for the pages, 1/s².
+const STIFF: f64 = 1e6;
+
+/// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth: from where to
+/// where they go in `animation`, and scene by scene in `animation-long`.
+///
+/// # Errors
+/// When a record cannot be read or has no good run.
+pub fn substeps_of_lines(results: &Path) -> Result<String, String> {
+    use animation::facts::{Facts, Run, Scene};
+    let parts = |run: &Run| run.substeps * run.inside.unwrap_or(1);
+    let own = |facts: &Facts, scene: &Scene| -> Vec<Run> {
+        let is_its = |run: &&Run| run.scene == scene.id && run.label == "xpbd-lines";
+        facts.runs.iter().filter(is_its).cloned().collect()
+    };
+    let least =
+        |runs: &[Run], scene: &Scene| runs.iter().filter(|run| run.is_good(scene)).map(parts).min();
+    let short: Facts = facts(results, "animation")?;
+    let stiff = short.scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF);
+    let stiff: Vec<_> = stiff.filter_map(|scene| least(&own(&short, scene), scene)).collect();
+    let none = || "animation: `xpbd-lines` has no good run".to_owned();
+    let (few, many) = stiff.iter().min().zip(stiff.iter().max()).ok_or_else(none)?;
+    let long: Facts = facts(results, "animation-long")?;
+    let told = long.scenes.iter().map(|scene| {
+        let runs = own(&long, scene);
+        let place = scene.id.split(',').next().unwrap_or_default();
+        let cloth = format!("{place}, {} particles, {} s", scene.particles, scene.span_s);
+        match least(&runs, scene) {
+            Some(number) => format!("{number} ({cloth})"),
+            None => {
+                let most = runs.iter().map(parts).max().unwrap_or(0);
+                format!("none of those tried, up to {most} ({cloth})")
+            }
+        }
+    });
+    let told = told.collect::<Vec<_>>().join(", ");
+    Ok(format!("{few} to {many} in the scenes of `animation`; in `animation-long` {told}"))
 }
 
 /// How the ids of the hanging scenes begin, before the number of particles.
@@ -398,21 +445,22 @@ struct Rest {
 }
 
 /// The form for a drape test.
-fn laid(rest: Option<&Rest>) -> Result<Answer, String> {
+fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
+    let Advised { take: bundled, why: advised } = advised(results, "drape-test")?;
     let Some(Rest { form, near, steps, measured, why, .. }) = rest else {
         return Ok(Answer {
             take: "none".to_owned(),
             measured: "study `rest`".to_owned(),
-            bundled: String::new(),
-            why: "`rest`: no form comes to rest on all".to_owned(),
+            bundled,
+            why: format!("`rest`: no form comes to rest on all{advised}"),
         });
     };
     let take = format!("`{form}`, steps of {steps}{}", ties("tie", near));
     let why = format!(
         "{why}. How near drape coefficients come to published ones: study `fabric`. They differ \
-         from mesh to mesh; on some fabrics they lie outside the published range"
+         from mesh to mesh; on some fabrics they lie outside the published range{advised}"
     );
-    Ok(Answer { take, measured: measured.clone(), bundled: String::new(), why })
+    Ok(Answer { take, measured: measured.clone(), bundled, why })
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.

@@ -240,13 +240,37 @@ pub fn panels_of(
     x: impl Fn(&[f64]) -> Axis,
     y: impl Fn(&[f64]) -> Axis,
 ) -> Option<Sheet> {
-    let points = || drafts.iter().flat_map(|(_, series, _)| series).flat_map(|s| &s.points);
-    let xs: Vec<f64> = points().map(|p| p.x).collect();
-    let ys: Vec<f64> = points().map(|p| p.y).collect();
-    let panels: Vec<Panel> = drafts
-        .into_iter()
-        .filter(|(_, series, _)| !series.is_empty())
-        .map(|(title, series, rules)| Panel { series, rules, ..Panel::new(title, x(&xs), y(&ys)) })
+    let (xs, ys) = coordinates(drafts.iter().flat_map(|(_, series, _)| series));
+    sheet_of(drafts, |_| (x(&xs), y(&ys)))
+}
+
+/// Panels with axes of their own, where their values lie far apart; `None` if no panel has points.
+///
+/// `x` and `y` make the axes of a panel from the values of its points. Panels without points are
+/// left out.
+pub fn panels_apart(
+    drafts: Vec<Draft>,
+    x: impl Fn(&[f64]) -> Axis,
+    y: impl Fn(&[f64]) -> Axis,
+) -> Option<Sheet> {
+    sheet_of(drafts, |series| {
+        let (xs, ys) = coordinates(series.iter());
+        (x(&xs), y(&ys))
+    })
+}
+
+/// The x and the y of all points.
+fn coordinates<'a>(series: impl Iterator<Item = &'a Series>) -> (Vec<f64>, Vec<f64>) {
+    series.flat_map(|series| &series.points).map(|point| (point.x, point.y)).unzip()
+}
+
+fn sheet_of(drafts: Vec<Draft>, axes: impl Fn(&[Series]) -> (Axis, Axis)) -> Option<Sheet> {
+    let filled = drafts.into_iter().filter(|(_, series, _)| !series.is_empty());
+    let panels: Vec<Panel> = filled
+        .map(|(title, series, rules)| {
+            let (x, y) = axes(&series);
+            Panel { series, rules, ..Panel::new(title, x, y) }
+        })
         .collect();
     (!panels.is_empty()).then_some(Sheet { panels, notes: Vec::new() })
 }

@@ -17,7 +17,8 @@ pub const TIE: f64 = 2.0;
 /// A method also ties that would lead or tie if the accepted error were larger or smaller by this
 /// factor.
 pub const NEARLY: f64 = 1.1;
-/// If no distance ranks, a good run has the true motion's kinetic energy within this factor.
+/// A good run has the true motion's mean kinetic energy within this factor: noise may allow an error
+/// so large that a sluggish run meets it.
 pub const LIVELY: f64 = 1.5;
 /// If no distance ranks, the strain of a good run exceeds the true one by at most this.
 pub const STRETCHED: f64 = 0.01;
@@ -58,7 +59,7 @@ pub enum Measure {
     /// start, so later all motions are equally far apart.
     Trajectory,
     /// No distance: after seconds in the wind none tells runs apart. A run is good if it is near at
-    /// 0.3 s and keeps its kinetic energy and its strain.
+    /// 0.3 s and keeps its strain.
     Kept,
 }
 
@@ -236,8 +237,13 @@ impl Run {
         }
     }
 
-    /// Whether the run is sound and near enough to the true motion. If no distance ranks, it must
-    /// be near at 0.3 s, and keep its kinetic energy and its strain until the end.
+    /// Whether the run keeps its mean kinetic energy within a factor of [`LIVELY`].
+    pub fn is_lively(&self) -> bool {
+        self.kinetic.is_some_and(|kept| (1.0 / LIVELY..=LIVELY).contains(&kept))
+    }
+
+    /// Whether the run is sound, lively and near enough to the true motion. If no distance ranks, it
+    /// must be near at 0.3 s and keep its strain until the end.
     pub fn is_good(&self, scene: &Scene) -> bool {
         self.is_good_within(scene, 1.0)
     }
@@ -246,15 +252,13 @@ impl Run {
     pub fn is_good_within(&self, scene: &Scene, share: f64) -> bool {
         let is_near = match scene.measure {
             Measure::Kept => {
-                let is_lively = |kept: f64| (1.0 / LIVELY..=LIVELY).contains(&kept);
                 let begins_near = |error: f64| error <= share * scene.good_at_first_m();
                 self.trajectory_error_m.is_some_and(begins_near)
-                    && self.kinetic.is_some_and(is_lively)
                     && self.excess_strain.is_some_and(|strain| strain <= STRETCHED)
             }
             _ => scene.error(self).is_some_and(|error| error <= share * scene.good_m()),
         };
-        self.is_sound() && is_near
+        self.is_sound() && self.is_lively() && is_near
     }
 
     /// The id of the method.

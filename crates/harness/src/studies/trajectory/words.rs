@@ -252,7 +252,7 @@ fn caveats(facts: &Facts) -> Vec<String> {
              if the error could be a tenth larger.",
             ranked.count()
         ),
-        "The motion is short and smooth, without contact: `animation` asks about five seconds and \
+        "The motion is short and smooth, without contact: `animation-long` asks about five seconds and \
          `rest` about where cloth comes to lie."
             .to_owned(),
     ];

@@ -20,17 +20,19 @@ use scenes::{Case, Setting};
 /// Frames a second: in most scenes, and in the scene with the rate of a film.
 pub(super) const FRAMES_PER_S: u32 = 60;
 pub(super) const FILM: u32 = 24;
-/// Numbers of substeps of a frame for methods that stiffness does not limit.
-const LADDER: [u32; 3] = [1, 2, 4];
+/// Numbers of substeps of a frame for methods that stiffness does not limit, and on cloth of 2500
+/// particles and more.
+const LADDER: [u32; 5] = [1, 2, 4, 8, 16];
+const LARGE_LADDER: [u32; 3] = [1, 2, 4];
 /// The calls a frame with which a form is tried that stiffness does not limit, cheapest first. The
 /// number is the value of its setting, where a setting fixes the work in a call.
-fn rungs(film: &Film) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
+fn rungs(film: &Film, ladder: &[u32]) -> Vec<(u32, Option<(&'static Inside, u32)>)> {
     match Inside::of(film.form.method, film.form.label) {
         Some(inside) => {
             let rungs = inside.rungs.iter();
             rungs.map(|&(calls, number)| (calls, Some((inside, number)))).collect()
         }
-        None => LADDER.map(|calls| (calls, None)).into(),
+        None => ladder.iter().map(|&calls| (calls, None)).collect(),
     }
 }
 
@@ -71,10 +73,10 @@ pub(super) fn method() -> String {
 /// How the facts of the long study are measured.
 pub(super) fn long_method() -> String {
     let more = format!(
-        "The scenes of this study last 4 or 5 s, or have 2500 to 40 000 particles. They run only the first \
+        "The scenes of this study last 5 s, or have 2500 to 40 000 particles. They run only the first \
          form of each method, which was chosen after the small scenes of `animation` had been run. \
          On the first two scenes an explicit method runs on until one of its runs is also good, as \
-         the figures count it. Beyond {} particles along an edge the sweeps of a frame grow no \
+         the figures count it. On 2500 particles and more the numbers of substeps are {LARGE_LADDER:?}. Beyond {} particles along an edge the sweeps of a frame grow no \
          further, and an explicit method is not tried with more calls after a sound run that is \
          off by at most {} mm. A record may lack forms or scenes: it names them, and the next run \
          adds them. The quick subset has none of these scenes.",

@@ -1,5 +1,5 @@
 use super::scenes::{Case, Setting, cases, long as long_cases};
-use super::{EXPLICIT, first_forms, rungs};
+use super::{EXPLICIT, LADDER, LARGE_LADDER, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::animation::facts::{Facts, Origin, Scene};
 use crate::studies::clocked::REPETITIONS;
@@ -80,7 +80,7 @@ fn a_led_run_that_gains_energy_beside_the_work_of_its_rings_is_not_sound() {
 #[test]
 fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() {
     let sweeps: Vec<_> = long_cases().iter().map(Case::sweeps_a_frame).collect();
-    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
+    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
     for case in long_cases() {
         let setting = Setting::staged(&case).expect("a valid scene");
         let limit = f64::from(setting.scene.limit_substeps);
@@ -97,11 +97,18 @@ fn the_parts_of_a_call_are_tried_in_several_numbers_in_every_scene() {
         let setting = Setting::staged(&case).expect("a valid scene");
         let films = setting.films();
         let lines = films.iter().find(|film| film.form.label == "xpbd-lines").expect("its form");
-        let once = rungs(lines).into_iter().filter(|(calls, _)| *calls == 1);
+        let is_large = setting.scene.particles >= 2500;
+        assert_eq!(
+            case.ladder,
+            if is_large { &LARGE_LADDER[..] } else { &LADDER },
+            "{}",
+            case.id()
+        );
+        let once = rungs(lines, case.ladder).into_iter().filter(|(calls, _)| *calls == 1);
         let numbers: Vec<_> = once.filter_map(|(_, inside)| Some(inside?.1)).collect();
         assert_eq!(numbers, [4, 6, 8, 10, 15, 20], "{}", case.id());
         for film in films {
-            let rungs = rungs(&film);
+            let rungs = rungs(&film, case.ladder);
             assert!(rungs.len() <= EXPLICIT.len(), "{}: {rungs:?}", film.form.label);
         }
     }
