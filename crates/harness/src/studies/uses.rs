@@ -266,7 +266,9 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         scene.fabric, scene.particles, scene.span_s
     );
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
-    let measured = format!("{place}, {}", frames.within());
+    let kept = |kept| format!(", {:.0} % of the kinetic energy kept", 100.0 * kept);
+    let kept = frames.least.first().and_then(|(run, _)| run.kinetic).map(kept).unwrap_or_default();
+    let measured = format!("{place}, {}{kept}", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
         let why = format!("`{study}`, {}: no run is good{advised}", scene.id);
@@ -279,10 +281,7 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its strain is kept".to_owned(),
     };
-    let kept = |kept| format!(", {:.0} % of its kinetic energy kept", 100.0 * kept);
-    let kept = first.kinetic.map(kept).unwrap_or_default();
-    let why =
-        format!("`{study}`, {}: {:.1} ms a frame, {off}{kept}{advised}", scene.id, 1e3 * time);
+    let why = format!("`{study}`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
     Ok(Answer { take, measured, bundled, why })
 }
 

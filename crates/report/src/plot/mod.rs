@@ -335,6 +335,24 @@ mod tests {
         panels_of(drafts, x, |values| Axis::linear("error", values)).expect("panels")
     }
 
+    /// Values that lie far apart would shrink to a point on common axes.
+    #[test]
+    fn panels_share_their_axes_or_have_their_own() {
+        let draft = |scale: f64| {
+            let points = [1.0, 2.0].map(|x| Point { x: scale * x, y: x, state: State::Stable });
+            let series = Series::new("a method".to_owned(), Look::number(0), points.to_vec());
+            (vec!["a panel".to_owned()], vec![series.expect("points")], Vec::new())
+        };
+        let axis = |values: &[f64]| Axis::linear("time", values);
+        let spans = |make: &dyn Fn(Vec<Draft>) -> Option<Sheet>| {
+            let sheet = make([1.0, 1000.0].map(draft).into()).expect("panels");
+            let of = |panel: &Panel| (panel.x.low..=panel.x.high).contains(&1.5);
+            sheet.panels.iter().map(of).collect::<Vec<_>>()
+        };
+        assert_eq!(spans(&|drafts| panels_of(drafts, axis, axis)), [true, true]);
+        assert_eq!(spans(&|drafts| panels_apart(drafts, axis, axis)), [true, false]);
+    }
+
     /// On the slim page two panels share a vertical axis, and the legend stands above them.
     #[test]
     fn a_dense_sheet_is_slim_and_names_its_vertical_axis_once_a_row() {

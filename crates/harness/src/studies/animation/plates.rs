@@ -50,7 +50,7 @@ pub(super) const LONG_PLATES: &[Plate<Input>] = &[
         file: "animation-long-frames.svg",
         title: "Larger cloth or five seconds: what a frame costs, and how wrong its shape is",
         caption: LONG_FRAMES,
-        draw: Draw::Dense(long_frames),
+        draw: Draw::Sheet(long_frames),
     },
     Plate {
         file: "animation-long-map.svg",
