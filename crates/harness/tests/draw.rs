@@ -278,6 +278,7 @@ fn figures_name_axes_units_and_every_curve() {
         &["hanging", "on a ball", "locked", "over the budget of work"],
     );
     expect("animation-long-map.svg", &["hanging", "1 mm"]);
+    expect("animation-frames.svg", &["10²"]);
     expect("animation-long-frames.svg", &["cotton-blend, light damping", "400 particles, 1 s"]);
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
     expect(
@@ -324,9 +325,16 @@ fn figures_name_axes_units_and_every_curve() {
             assert!(words.contains(&entry), "{file} lacks `{entry}`: {words:?}");
         }
     }
+    let lacks = |file: &str, text: &str| {
+        let words = words(&files[&format!("figures/{file}")]);
+        assert!(!words.iter().any(|word| word.contains(text)), "{file}: {words:?}");
+    };
     // The long study is the one that the note means.
-    let long = words(&files["figures/animation-long-map.svg"]);
-    assert!(!long.iter().any(|text| text.contains("Over 5 s")), "{long:?}");
+    lacks("animation-long-map.svg", "Over 5 s");
+    // A sluggish run wins nowhere.
+    lacks("animation-map.svg", "kang");
+    // An error of twenty times a good one stands on the figure of the short study alone.
+    lacks("animation-long-frames.svg", "10²");
 }
 
 #[test]

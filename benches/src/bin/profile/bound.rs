@@ -170,8 +170,8 @@ pub(crate) fn reason(id: &str) -> Option<&'static str> {
              them. `peers.md` has the step with other preconditioners."
         }
         "imex-updated" => {
-            "of force evaluations half are energies, which are summed spring by spring in their order; then IC(0), which is \
-             not in the bound."
+            "of force evaluations half are energies, whose springs are added one after the other; then IC(0), which is not in \
+             the bound."
         }
         "imex-sbdf2" | "imex-cnab2" | "imex-mcnab2" | "imex-cnlf" => {
             "explicit and linear forces are evaluated apart, and the linear ones once more at the extrapolated positions; the reference \

@@ -336,40 +336,38 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
 /// Stiffness over mass from which on cloth is stiff for the pages, 1/s².
 const STIFF: f64 = 1e6;
 
-/// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth: from where to
-/// where they go in `animation`, and scene by scene in `animation-long`.
+/// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth with light
+/// damping, scene by scene.
 ///
 /// # Errors
-/// When a record cannot be read or has no good run.
+/// When a record cannot be read.
 pub fn substeps_of_lines(results: &Path) -> Result<String, String> {
-    use animation::facts::{Facts, Run, Scene};
+    use animation::facts::{Facts, HEAVY, Run};
     let parts = |run: &Run| run.substeps * run.inside.unwrap_or(1);
-    let own = |facts: &Facts, scene: &Scene| -> Vec<Run> {
-        let is_its = |run: &&Run| run.scene == scene.id && run.label == "xpbd-lines";
-        facts.runs.iter().filter(is_its).cloned().collect()
-    };
-    let least =
-        |runs: &[Run], scene: &Scene| runs.iter().filter(|run| run.is_good(scene)).map(parts).min();
-    let short: Facts = facts(results, "animation")?;
-    let stiff = short.scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF);
-    let stiff: Vec<_> = stiff.filter_map(|scene| least(&own(&short, scene), scene)).collect();
-    let none = || "animation: `xpbd-lines` has no good run".to_owned();
-    let (few, many) = stiff.iter().min().zip(stiff.iter().max()).ok_or_else(none)?;
-    let long: Facts = facts(results, "animation-long")?;
-    let told = long.scenes.iter().map(|scene| {
-        let runs = own(&long, scene);
-        let place = scene.id.split(',').next().unwrap_or_default();
-        let cloth = format!("{place}, {} particles, {} s", scene.particles, scene.span_s);
-        match least(&runs, scene) {
-            Some(number) => format!("{number} ({cloth})"),
-            None => {
-                let most = runs.iter().map(parts).max().unwrap_or(0);
-                format!("none of those tried, up to {most} ({cloth})")
+    let mut told = Vec::new();
+    for study in ["animation", "animation-long"] {
+        let Facts { scenes, runs, .. } = facts(results, study)?;
+        for scene in scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF) {
+            if scene.damping_over_stiffness_s >= HEAVY {
+                continue;
             }
+            let own = runs.iter().filter(|run| run.scene == scene.id && run.label == "xpbd-lines");
+            let least = own.clone().filter(|run| run.is_good(scene)).map(parts).min();
+            let number = least.map_or_else(
+                || {
+                    let most = own.map(parts).max().unwrap_or(0);
+                    format!("none up to {most}")
+                },
+                |number| number.to_string(),
+            );
+            let place = scene.id.split(", ").next().unwrap_or_default();
+            told.push(format!(
+                "{number} ({place}, {}, {} particles, {} Hz, {:.1} s)",
+                scene.fabric, scene.particles, scene.frames_per_s, scene.span_s
+            ));
         }
-    });
-    let told = told.collect::<Vec<_>>().join(", ");
-    Ok(format!("{few} to {many} in the scenes of `animation`; in `animation-long` {told}"))
+    }
+    Ok(told.join(", "))
 }
 
 /// How the ids of the hanging scenes begin, before the number of particles.

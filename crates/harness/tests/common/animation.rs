@@ -70,6 +70,18 @@ pub(crate) fn animation() -> Record<Facts> {
             }
         }
     }
+    // A sluggish run near the true shape, and one far from it.
+    let of = |label: &str, kinetic: f64, error: f64| Run {
+        label: label.to_owned(),
+        method: label.to_owned(),
+        substeps: 1,
+        verdict: Verdict::Stable,
+        kinetic: Some(kinetic),
+        shape_error_m: Some(error),
+        ..runs[0].clone()
+    };
+    let apart = [of("kang", 0.5, 2e-4), of("desbrun", 1.0, 0.2)];
+    runs.extend(apart);
     record("animation", false, Facts { scenes, runs, missing: Vec::new() })
 }
 

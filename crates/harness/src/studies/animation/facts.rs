@@ -58,8 +58,8 @@ pub enum Measure {
     /// Distance of the particles at 0.3 s. Cloth that lies free on a ball or flutters forgets its
     /// start, so later all motions are equally far apart.
     Trajectory,
-    /// No distance: after seconds in the wind none tells runs apart. A run is good if it is near at
-    /// 0.3 s and keeps its strain.
+    /// No distance: after seconds in the wind none tells runs apart. In place of the distance
+    /// over the span, that at 0.3 s and the strain decide whether a run is good.
     Kept,
 }
 

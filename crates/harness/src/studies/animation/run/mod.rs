@@ -9,7 +9,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Inside, Runs, Substeps};
-use crate::studies::animation::facts::{FINE, Facts, HEAVY, Run, Scene, TimingRow};
+use crate::studies::animation::facts::{FINE, Facts, HEAVY, LIVELY, Run, Scene, TimingRow};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
@@ -20,9 +20,9 @@ use scenes::{Case, Setting};
 /// Frames a second: in most scenes, and in the scene with the rate of a film.
 pub(super) const FRAMES_PER_S: u32 = 60;
 pub(super) const FILM: u32 = 24;
-/// Numbers of substeps of a frame for methods that stiffness does not limit, and on cloth of 2500
-/// particles and more.
+/// Numbers of substeps of a frame for methods that stiffness does not limit.
 const LADDER: [u32; 5] = [1, 2, 4, 8, 16];
+/// The same on cloth of 2500 particles and more, where more would take hours.
 const LARGE_LADDER: [u32; 3] = [1, 2, 4];
 /// The calls a frame with which a form is tried that stiffness does not limit, cheapest first. The
 /// number is the value of its setting, where a setting fixes the work in a call.
@@ -40,7 +40,8 @@ fn rungs(film: &Film, ladder: &[u32]) -> Vec<(u32, Option<(&'static Inside, u32)
 /// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Number of sweeps of forces a frame from which on more calls of a form are not tried.
+/// Number of sweeps of forces a frame at the usual rate from which on more calls of a form are not
+/// tried.
 const DEAR: u64 = 100;
 
 /// The forms of every method of the registry, method by method.
@@ -64,22 +65,29 @@ fn first_forms() -> Vec<Film> {
 
 /// How the facts are measured.
 pub(super) fn method() -> String {
-    let more = "The study `animation-long` has larger cloth and longer motions. On all scenes an \
-                explicit method runs on until one of its runs is also good, as the figures count \
-                it.";
+    let more = format!(
+        "The study `animation-long` has larger cloth and longer motions. Here the cloth may also \
+         hang from an upper edge that goes to and fro across it, filmed at {FILM} frames a second; \
+         there all limits on the sweeps of a frame grow like its length. Methods that stiffness \
+         does not limit run with {LADDER:?} substeps of a frame. On all scenes an explicit method \
+         runs on until one of its runs is also good, as the figures count it."
+    );
     format!("{} {more}", common())
 }
 
 /// How the facts of the long study are measured.
 pub(super) fn long_method() -> String {
     let more = format!(
-        "The scenes of this study last 5 s, or have 2500 to 40 000 particles. They run only the first \
-         form of each method, which was chosen after the small scenes of `animation` had been run. \
-         On the first two scenes an explicit method runs on until one of its runs is also good, as \
-         the figures count it. On 2500 particles and more the numbers of substeps are {LARGE_LADDER:?}. Beyond {} particles along an edge the sweeps of a frame grow no \
-         further, and an explicit method is not tried with more calls after a sound run that is \
-         off by at most {} mm. A record may lack forms or scenes: it names them, and the next run \
-         adds them. The quick subset has none of these scenes.",
+        "The scenes of this study last 5 s, or have 2500 to 40 000 particles. They run only the \
+         first form of each method, which was chosen after the small scenes of `animation` had \
+         been run. On the first two scenes an explicit method runs on until one of its runs is \
+         also good, as the figures count it. One more cloth is held in its middle while the rest \
+         falls over the ball, and so stays on it. Methods that stiffness does not limit run with \
+         {LADDER:?} substeps of a frame, and with {LARGE_LADDER:?} on 2500 particles and more. \
+         Beyond {} particles along an edge the sweeps of a frame grow no further, and an explicit \
+         method is not tried with more calls after a sound run that is off by at most {} mm. A \
+         record may lack forms or scenes: it names them, and the next run adds them. The quick \
+         subset has none of these scenes.",
         scenes::FINEST,
         1e3 * FINE
     );
@@ -92,33 +100,31 @@ fn common() -> String {
          firm one (cotton-blend), one that is firm along its weft (denim), and a soft knit \
          (ponte). A square metre of cloth is damped by c = βk along each spring. Light damping is \
          β = {:e} s; heavy damping is {:e} s, a loss factor of 0.1 at 16 Hz. Films show \
-         {FRAMES_PER_S} frames a second, in one scene {FILM}. The cloth either hangs by two \
-         corners, let go from the horizontal; or hangs from an upper edge that goes to and fro \
-         across it; or falls, 8 cm off its centre, on a ball of 30 cm radius with a coefficient \
-         of friction of 0.3; or is held in its middle while the rest falls over that ball, and so \
-         stays on it; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
+         {FRAMES_PER_S} frames a second. The cloth either hangs by two corners, let go from the \
+         horizontal; or falls, 8 cm off its centre, on a ball of 30 cm radius with a coefficient \
+         of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
          rest. Leapfrog at a quarter of its limit computes the true motion. Further true motions \
-         start 1 µm off, out of the plane (seeded); they measure the noise. A run is compared \
-         with the nearest true motion. Shape ranks the runs where pins hold the cloth and no \
-         wind blows: the mean distance from the particles of each surface to the triangles of the \
-         other, about every 0.1 s. On the ball without pins and in the wind two starts soon move apart, so there the distance of \
-         the particles at 0.3 s ranks the runs. Every method runs with {LADDER:?} substeps of a \
-         frame. Where a setting fixes the work in a call (substeps, sweeps or iterations), the \
-         method's file lists up to {} pairs of calls and values, and the form runs with these. It \
-         tries no more after a sound run that is off by at most {} mm or the noise, after a run \
-         that took {DEAR} sweeps of forces a frame, or after one whose factorisations used up its \
-         budget. An explicit method runs with rising numbers \
-         from {EXPLICIT:?} until two runs are sound, that is, neither gain energy nor stand \
-         still, or until one exceeds its budget; the last failure before the first sound run is \
-         kept. A run is locked if its energy is stable and the middle of the free edge moves less \
-         than half of the true path. It has lost contact if at the end fewer than half as many \
-         particles lie on the ball as in the true motion, to {} mm. Where rings or wind supply \
-         energy, a gain is what exceeds the energy at the start and their work, compared with the \
-         greatest kinetic energy of the true motion. In each step \
+         start 1 µm off, out of the plane (seeded); they measure the noise. A run is compared with \
+         the nearest true motion. Shape ranks the runs where pins hold the cloth and no wind \
+         blows: the mean distance from the particles of each surface to the triangles of the \
+         other, about every 0.1 s. On the ball without pins and in the wind two starts soon move \
+         apart, so there the distance of the particles at 0.3 s ranks the runs. Where a setting \
+         fixes the work in a call (substeps, sweeps or iterations), the method's file lists up to \
+         {} pairs of calls and values, and the form runs with these. A form that stiffness does \
+         not limit tries no more after a sound run that is off by at most {} mm or the noise and \
+         keeps its kinetic energy within a factor of {LIVELY}, after a run that took {DEAR} sweeps \
+         of forces a frame, or after one whose factorisations used up its budget. An explicit \
+         method runs with rising numbers from {EXPLICIT:?} until two runs are sound, that is, \
+         neither gain energy nor stand still, or until one exceeds its budget; the last failure \
+         before the first sound run is kept. A run is locked if its energy is stable and the \
+         middle of the free edge moves less than half of the true path. It has lost contact if at \
+         the end fewer than half as many particles lie on the ball as in the true motion, to {} \
+         mm. Where rings or wind supply energy, a gain is what exceeds the energy at the start and \
+         their work, compared with the greatest kinetic energy of the true motion. In each step \
          the greater of the work by the forces at its start and at its end counts, so a small gain \
-         may be missed. A run has gained energy, too, if its mean kinetic energy is \
-         more than {} times the true one. A run ends over budget after the work of {} sweeps of forces a frame, or \
-         after {:e} visits of a spring if that is more. On meshes finer than 20 particles along \
+         may be missed. A run has gained energy, too, if its mean kinetic energy is more than {} \
+         times the true one. A run ends over budget after the work of {} sweeps of forces a frame, \
+         or after {:e} visits of a spring if that is more. On meshes finer than 20 particles along \
          an edge, the number of sweeps grows with the number along the edge.",
         scenes::LIGHT,
         HEAVY,

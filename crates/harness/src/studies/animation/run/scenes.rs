@@ -39,7 +39,7 @@ const EARLY_S: f64 = 0.3;
 const SAFETY: f64 = 0.25;
 /// The method of the true motion.
 const REFERENCE: &str = "leapfrog:damping=explicit";
-/// Largest work of a run, in sweeps of forces per frame on the usual mesh.
+/// Largest work of a run, in sweeps of forces per frame at the usual rate on the usual mesh.
 pub(super) const SWEEPS_A_FRAME: f64 = 500.0;
 /// A run may always take this much work, in visits of a spring: some seconds.
 pub(super) const BUDGET: f64 = 1e8;
@@ -138,7 +138,8 @@ pub(super) fn cases() -> Vec<Case> {
 const LONG: u32 = 300;
 
 /// The scenes of the long study: larger cloth, and longer motions. Only the first form of each method
-/// runs them, and on larger cloth with fewer numbers of substeps, since they would take hours. The largest lasts for 0.4 s: in a second of it, all forms would compute for hours.
+/// runs them, and on larger cloth with fewer numbers of substeps, since more would take hours. The
+/// largest lasts for 0.4 s: in a second of it, all forms would compute for hours.
 pub(super) fn long() -> Vec<Case> {
     let some = Case { frames: LONG, perturbed: 2, has_all_forms: false, ..BASE };
     let dear = Case { until_good: false, ..some };
@@ -202,7 +203,12 @@ impl Case {
     /// Sweeps of forces after which a frame is over budget. On a finer mesh, a wave takes more steps
     /// to cross the cloth, and information more iterations.
     pub(super) fn sweeps_a_frame(&self) -> f64 {
-        SWEEPS_A_FRAME * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
+        SWEEPS_A_FRAME * self.frame_length() * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
+    }
+
+    /// Length of a frame, over that at the usual rate.
+    fn frame_length(&self) -> f64 {
+        f64::from(FRAMES_PER_S) / f64::from(self.rate)
     }
 
     /// The measure that ranks its runs.
@@ -473,15 +479,16 @@ impl Setting {
 
     /// Runs with each of its [`rungs`], until more would be too expensive or could not matter.
     fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
-        let dear = DEAR * u64::from(self.case.frames);
+        let frames = self.case.frame_length() * f64::from(self.case.frames);
+        let dear = DEAR as f64 * frames;
         let mut runs: Vec<Run> = Vec::new();
         for (substeps, inside) in rungs(film, self.case.ladder) {
             // More calls take more factorisations, and more sweeps if each call is expensive.
             let is_over = |run: &Run| {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
-                let is_enough = run.is_sound() && self.is_fine(run);
-                is_enough || is_spent || run.counts.force_evaluations >= dear
+                let is_enough = run.is_sound() && run.is_lively() && self.is_fine(run);
+                is_enough || is_spent || run.counts.force_evaluations as f64 >= dear
             };
             if runs.last().is_some_and(is_over) {
                 break;

@@ -81,6 +81,8 @@ fn a_led_run_that_gains_energy_beside_the_work_of_its_rings_is_not_sound() {
 fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() {
     let sweeps: Vec<_> = long_cases().iter().map(Case::sweeps_a_frame).collect();
     assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
+    // A frame of a film is longer, and a coarse mesh needs fewer sweeps.
+    assert_eq!(Case::led_quick().sweeps_a_frame(), 500.0 * (60.0 / 24.0) * (10.0 / 20.0));
     for case in long_cases() {
         let setting = Setting::staged(&case).expect("a valid scene");
         let limit = f64::from(setting.scene.limit_substeps);
