@@ -40,8 +40,7 @@ fn rungs(film: &Film, ladder: &[u32]) -> Vec<(u32, Option<(&'static Inside, u32)
 /// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Number of sweeps of forces a frame at the usual rate from which on more calls of a form are not
-/// tried.
+/// Number of sweeps of forces a frame from which on more calls of a form are not tried.
 const DEAR: u64 = 100;
 
 /// The forms of every method of the registry, method by method.
@@ -68,9 +67,9 @@ pub(super) fn method() -> String {
     let more = format!(
         "The study `animation-long` has larger cloth and longer motions. Here the cloth may also \
          hang from an upper edge that goes to and fro across it, filmed at {FILM} frames a second; \
-         there all limits on the sweeps of a frame grow like its length. Methods that stiffness \
-         does not limit run with {LADDER:?} substeps of a frame. On all scenes an explicit method \
-         runs on until one of its runs is also good, as the figures count it."
+         there the budget of a frame grows like its length. Methods that stiffness does not limit \
+         run with {LADDER:?} substeps of a frame. On all scenes an explicit method runs on until \
+         one of its runs is also good, as the figures count it."
     );
     format!("{} {more}", common())
 }

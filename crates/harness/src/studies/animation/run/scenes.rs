@@ -479,8 +479,7 @@ impl Setting {
 
     /// Runs with each of its [`rungs`], until more would be too expensive or could not matter.
     fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
-        let frames = self.case.frame_length() * f64::from(self.case.frames);
-        let dear = DEAR as f64 * frames;
+        let dear = DEAR * u64::from(self.case.frames);
         let mut runs: Vec<Run> = Vec::new();
         for (substeps, inside) in rungs(film, self.case.ladder) {
             // More calls take more factorisations, and more sweeps if each call is expensive.
@@ -488,7 +487,7 @@ impl Setting {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
                 let is_enough = run.is_sound() && run.is_lively() && self.is_fine(run);
-                is_enough || is_spent || run.counts.force_evaluations as f64 >= dear
+                is_enough || is_spent || run.counts.force_evaluations >= dear
             };
             if runs.last().is_some_and(is_over) {
                 break;
