@@ -80,7 +80,7 @@ pub(crate) fn animation() -> Record<Facts> {
         shape_error_m: Some(error),
         ..runs[0].clone()
     };
-    let apart = [of("kang", 0.5, 2e-4), of("desbrun", 1.0, 0.2)];
+    let apart = [of("sluggish", 0.5, 2e-4), of("astray", 1.0, 0.2)];
     runs.extend(apart);
     record("animation", false, Facts { scenes, runs, missing: Vec::new() })
 }
