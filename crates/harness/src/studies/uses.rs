@@ -259,11 +259,12 @@ fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, S
         "led" => ", one edge moved to and fro".to_owned(),
         place => format!(" {place}"),
     };
-    let heavy = scene.damping_over_stiffness_s >= animation::facts::HEAVY;
-    let damping = if heavy { "heavy" } else { "light" };
     let place = format!(
-        "{}, {damping} damping, {} particles{place} for {} s",
-        scene.fabric, scene.particles, scene.span_s
+        "{}, {} damping, {} particles{place} for {} s",
+        scene.fabric,
+        scene.damping(),
+        scene.particles,
+        scene.span_s
     );
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let kept = |kept| format!(", {:.0} % of the kinetic energy kept", 100.0 * kept);
@@ -342,20 +343,18 @@ const STIFF: f64 = 1e6;
 /// # Errors
 /// When a record cannot be read.
 pub fn substeps_of_lines(results: &Path) -> Result<String, String> {
-    use animation::facts::{Facts, HEAVY, Run};
-    let parts = |run: &Run| run.substeps * run.inside.unwrap_or(1);
+    use animation::facts::{Facts, Run};
     let mut told = Vec::new();
     for study in ["animation", "animation-long"] {
         let Facts { scenes, runs, .. } = facts(results, study)?;
-        for scene in scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF) {
-            if scene.damping_over_stiffness_s >= HEAVY {
-                continue;
-            }
+        let stiff = scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF);
+        for scene in stiff.filter(|scene| scene.damping() == "light") {
             let own = runs.iter().filter(|run| run.scene == scene.id && run.label == "xpbd-lines");
-            let least = own.clone().filter(|run| run.is_good(scene)).map(parts).min();
+            let least =
+                own.clone().filter(|run| run.is_good(scene)).map(Run::parts_of_a_frame).min();
             let number = least.map_or_else(
                 || {
-                    let most = own.map(parts).max().unwrap_or(0);
+                    let most = own.map(Run::parts_of_a_frame).max().unwrap_or(0);
                     format!("none up to {most}")
                 },
                 |number| number.to_string(),

@@ -132,6 +132,11 @@ pub struct Origin {
 }
 
 impl Scene {
+    /// `light` or `heavy`.
+    pub fn damping(&self) -> &'static str {
+        if self.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" }
+    }
+
     /// Noise in the measure that ranks the runs, m; 0 if no distance ranks.
     pub fn floor_m(&self) -> f64 {
         match self.measure {
@@ -226,6 +231,11 @@ impl Run {
         let evaluations = (force_evaluations as f64 / calls).round() as u32;
         let is_divided = matvecs + factorisations + newton_iterations == 0 && evaluations > 1;
         (is_divided && !self.is_limited).then_some((evaluations, "force evaluations"))
+    }
+
+    /// Number of steps, substeps, sweeps or iterations of a frame.
+    pub fn parts_of_a_frame(&self) -> u32 {
+        self.substeps * self.inside.unwrap_or(1)
     }
 
     /// The calls of a frame, as `32 steps` or `1 call of 6 substeps`.

@@ -167,14 +167,13 @@ fn hanging(input: &Input) -> Vec<&Scene> {
 
 /// The title of a panel of the one figure.
 fn panel(scene: &Scene) -> Vec<String> {
-    let damping = if scene.damping_over_stiffness_s >= HEAVY { "heavy" } else { "light" };
     let cloth = if scene.has_all_forms {
         format!("k/m = {} s⁻²", significant(scene.stiffness_over_mass_per_s2, 2))
     } else {
         format!("{} particles", scene.particles)
     };
     let span = format!("{cloth}, {} s", significant(scene.span_s, 1));
-    vec![format!("{}, {damping} damping", scene.fabric), span]
+    vec![format!("{}, {} damping", scene.fabric, scene.damping()), span]
 }
 
 /// Largest number of methods that the one figure names.

@@ -206,12 +206,11 @@ impl Need {
     /// demanding counts.
     fn of(facts: &Facts, label: &str) -> Vec<Self> {
         let of = |scene: &Scene| {
-            let parts = |run: &Run| run.substeps * run.inside.unwrap_or(1);
             let own = runs(facts, scene).filter(|run| run.label == label);
-            let least = own.clone().filter(|run| run.is_sound()).map(parts).min();
+            let least = own.clone().filter(|run| run.is_sound()).map(Run::parts_of_a_frame).min();
             let is_tried =
                 |run: &&Run| !matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
-            let most = own.filter(is_tried).map(parts).max()?;
+            let most = own.filter(is_tried).map(Run::parts_of_a_frame).max()?;
             let (number, is_more) = (least.unwrap_or(most), least.is_none());
             Some(Self { particles: scene.particles, number, is_more })
         };
