@@ -35,6 +35,8 @@ struct Shown {
     has_scenery: bool,
     /// Number of the last state that was sent, from 1.
     seen: u64,
+    /// Whether that state was the last of the run.
+    is_over: bool,
     /// Index of its reference among those of the session.
     ghost: Option<usize>,
     /// Whether the last state was sent with the positions or the refusal of its reference.
@@ -342,6 +344,7 @@ impl Session {
                 run: self.last,
                 has_scenery: false,
                 seen: 0,
+                is_over: false,
                 ghost: None,
                 has_ghost: false,
                 grip: None,
@@ -377,6 +380,7 @@ impl Session {
                 {
                     told.push(status(pane, shown.run, &phase, &snapshot, (0.0, None, None)));
                     shown.seen = version;
+                    shown.is_over = true;
                 }
                 continue;
             };
@@ -391,6 +395,7 @@ impl Session {
             let is_told = places.is_some() || refusal.is_some();
             if version > shown.seen || is_told && !shown.has_ghost {
                 shown.seen = version;
+                shown.is_over = phase.is_over();
                 shown.has_ghost = is_told;
                 if !snapshot.shown.is_empty() {
                     told.push(Out::Binary(frame(Of::Pane, pane, shown.run, time, &snapshot.shown)));
@@ -410,8 +415,9 @@ impl Session {
                 told.push(status(pane, shown.run, &phase, &snapshot, (behind, apart, why)));
             }
         }
-        let is_over = |shown: &Shown| shown.pane.look().1.is_over();
-        if self.playing && !self.panes.is_empty() && self.panes.iter().all(is_over) {
+        // A pane that ends now, after its look above, tells its end at the next tick. The clock must
+        // not stop before, or the page would hear of a stop and not of the ends.
+        if self.playing && !self.panes.is_empty() && self.panes.iter().all(|pane| pane.is_over) {
             self.playing = false;
             self.is_clock_new = true;
         }

@@ -295,6 +295,21 @@ fn the_keyboard_plays_steps_restarts_and_turns_the_camera() {
     assert_eq!(page.complaints(&address), Vec::<String>::new());
 }
 
+/// The page hears of the end of a run after its step was asked for, and perhaps after all else.
+#[test]
+fn a_run_that_ends_by_a_single_step_can_be_played_again() {
+    let Some(chromium) = chromium() else { return };
+    let (address, _) = serve();
+    let link = format!(
+        "{address}#pane=scene=hanging-textile-1e6;method=backward-euler;particles=100;step=0.01;duration=0.01"
+    );
+    let mut page = Page::open(&chromium, &link, DESK, &[("prefers-reduced-motion", "reduce")]);
+    page.wait_until("document.getElementById('message').textContent.includes('Paused')");
+    page.wait_until("document.querySelectorAll('.pane dd')[1]?.textContent === '0'");
+    page.key(".");
+    page.wait_for_the_end();
+}
+
 /// Gives files to the page, as a person who drops them does.
 fn drop_files(page: &mut Page, files: &[(&str, &str)]) {
     let files: Vec<_> = files.iter().map(|(name, text)| json!([name, text])).collect();

@@ -284,3 +284,33 @@ fn panes_that_wait_show_the_same_time() {
     }
     assert!(most < 0.035, "the panes were {most} s apart");
 }
+
+/// The page learns that every run is over before it learns that the clock stands still.
+#[test]
+fn the_clock_stops_after_the_ends_of_all_runs_are_told() {
+    let mut session = Session::new(Runs::default());
+    let pane = |method| {
+        json!({ "scene": "hanging-textile-1e6", "method": method, "step": 0.01, "duration": 0.1,
+                "particles": 4 })
+    };
+    for _ in 0..200 {
+        let panes = [pane("explicit-euler"), pane("imex-euler"), pane("imex-updated")];
+        session.receive(&json!({ "do": "open", "panes": panes }).to_string());
+        session.receive(r#"{"do":"play"}"#);
+        let mut over = BTreeSet::new();
+        let begin = Instant::now();
+        let mut has_stopped = false;
+        while !has_stopped {
+            assert!(begin.elapsed() < PATIENCE);
+            for message in session.tick(Duration::from_millis(20)).into_iter().filter_map(text) {
+                let message: Value = serde_json::from_str(&message).unwrap();
+                let phase = message["phase"]["kind"].as_str().unwrap_or_default();
+                if ["ended", "diverged"].contains(&phase) {
+                    over.insert(message["pane"].as_u64());
+                }
+                has_stopped |= message["tell"] == "clock" && message["playing"] == false;
+            }
+        }
+        assert_eq!(over.len(), panes.len(), "{over:?} were told");
+    }
+}

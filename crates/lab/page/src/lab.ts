@@ -267,6 +267,7 @@ class Lab {
       case "status":
         this.panes[reply.pane]?.tell(reply, this.isLive);
         this.progress(reply.numbers.time);
+        this.showClock();
         break;
       case "clock":
         this.isPlaying = reply.playing;
