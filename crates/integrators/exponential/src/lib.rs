@@ -46,8 +46,9 @@
 //!   (Saad 1992). The step tests the error after every fourth dimension, in large subspaces after an
 //!   eighth of their dimensions. It accepts `krylov_tol · h`, in metres a second for velocities, and
 //!   `s` times that for positions.
-//! * **The small functions.** `φ₂(hH) e₁` is part of one column of an exponential. One column needs
-//!   Taylor series with vectors, not scaling and squaring of the whole matrix.
+//! * **The small functions.** `φ₂(hH) e₁` is part of one column of an exponential. Where
+//!   `hH` is small beside its dimension, a column needs Taylor series with vectors only; else the
+//!   exponential of a part of the way is squared.
 //! * **Too few dimensions.** A step that has not converged with `max_dim` dimensions would explode.
 //!   The subspace does not depend on `h`, so the method halves the step until the same subspace is
 //!   sufficient. It takes the rest of the step with a new Jacobian. The report counts these

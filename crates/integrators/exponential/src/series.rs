@@ -1,5 +1,6 @@
 //! A column of the exponential of a small matrix, by Taylor series over parts of the way on which
-//! the matrix is small. Unlike a full exponential it takes products with vectors only.
+//! the matrix is small. Few parts take products with vectors only. Many parts go by squares of the
+//! exponential of one part (Moler and Van Loan 2003, method 3).
 
 use drape_solvers::lanes::{Four, Lanes, four_wide, vectorised};
 use drape_solvers::vector::SLOTS;
@@ -8,6 +9,10 @@ use drape_solvers::vector::SLOTS;
 const MAX_TERMS: u32 = 50;
 /// Rows of a product that are summed at the same time, each from the first column to the last.
 const ROWS: usize = 16;
+/// A part takes about 17 products of a triangle with a vector, so the matrix of one part costs as
+/// much as one for each column, and a square as much as an eighth of that. With as many parts as
+/// this for each column, squares cost a third.
+const PARTS_A_COLUMN: u64 = 8;
 
 /// The upper Hessenberg matrix `H` by columns, with zeros below, and the vectors of a series.
 #[derive(Debug)]
@@ -17,6 +22,8 @@ pub(crate) struct Series {
     columns: Vec<f64>,
     /// A column of the exponential, a term of its series, and the next one.
     small: [Vec<f64>; 3],
+    /// The exponential of some parts by columns, and its square. Empty until they are needed.
+    squares: [Vec<f64>; 2],
 }
 
 impl Series {
@@ -24,7 +31,8 @@ impl Series {
     pub(crate) fn new(most: usize) -> Self {
         let stride = (most + 3).next_multiple_of(ROWS);
         let numbers = || vec![0.0; stride];
-        Self { stride, columns: vec![0.0; stride * most], small: [numbers(), numbers(), numbers()] }
+        let small = [numbers(), numbers(), numbers()];
+        Self { stride, columns: vec![0.0; stride * most], small, squares: [Vec::new(), Vec::new()] }
     }
 
     /// Column `j` of `H`. Its rows beyond `j + 1` must remain 0.
@@ -51,10 +59,13 @@ impl Series {
     ///     [0  0  0]
     /// ```
     ///
-    /// with the first `m` rows and columns of `H` and `k` more, in so many parts. For `k = 2` it is
-    /// `(φ₂(hH) e₁, 1, 1)`.
+    /// with the first `m` rows and columns of `H` and `k` more, in so many parts or more. For `k = 2`
+    /// it is `(φ₂(hH) e₁, 1, 1)`.
     pub(crate) fn last_column(&mut self, [m, k]: [usize; 2], h: f64, parts: u64) -> &[f64] {
-        let Self { stride, columns, small } = self;
+        if parts > PARTS_A_COLUMN * (m + k) as u64 {
+            return self.last_column_by_squares([m, k], h, parts.next_power_of_two());
+        }
+        let Self { stride, columns, small, .. } = self;
         vectorised!(four_wide(), [four,
             shape: [usize; 3] = [m, m + k, *stride],
             columns: &'k [f64] = columns,
@@ -63,6 +74,23 @@ impl Series {
             small: &'k mut [Vec<f64>; 3] = small,
         ] -> () {
             sum_parts(four, shape, columns, h, parts, small);
+        });
+        &self.small[0][..m]
+    }
+
+    /// As [`last_column`](Self::last_column), for a power of two.
+    fn last_column_by_squares(&mut self, [m, k]: [usize; 2], h: f64, parts: u64) -> &[f64] {
+        let Self { stride, columns, small, squares } = self;
+        squares.iter_mut().for_each(|square| square.resize((m + k) * *stride, 0.0));
+        vectorised!(four_wide(), [four,
+            shape: [usize; 3] = [m, m + k, *stride],
+            columns: &'k [f64] = columns,
+            h: f64 = h,
+            parts: u64 = parts,
+            small: &'k mut [Vec<f64>; 3] = small,
+            squares: &'k mut [Vec<f64>; 2] = squares,
+        ] -> () {
+            square_parts(four, shape, columns, h, parts, small, squares);
         });
         &self.small[0][..m]
     }
@@ -75,33 +103,72 @@ fn sum_parts<F: Four>(
     columns: &[f64],
     h: f64,
     parts: u64,
+    small: &mut [Vec<f64>; 3],
+) {
+    small[0][..n].fill(0.0);
+    small[0][n - 1] = 1.0;
+    for _ in 0..parts {
+        go_on(four, [m, n, stride], columns, h, 1.0 / parts as f64, small);
+    }
+}
+
+/// Takes a vector along a part of the way.
+#[inline(always)]
+fn go_on<F: Four>(
+    four: F,
+    [m, n, stride]: [usize; 3],
+    columns: &[f64],
+    h: f64,
+    part: f64,
     [sum, term, next]: &mut [Vec<f64>; 3],
 ) {
-    let scale = 1.0 / parts as f64;
-    sum[..n].fill(0.0);
-    sum[n - 1] = 1.0;
-    for _ in 0..parts {
-        term[..n].copy_from_slice(&sum[..n]);
-        for power in 1..=MAX_TERMS {
-            multiply(four, columns, stride, h, &term[..m], next);
-            next[0] += term[m];
-            next[m..n - 1].copy_from_slice(&term[m + 1..n]);
-            next[n - 1] = 0.0;
-            let factor = scale / f64::from(power);
-            let [largest, change] =
-                add_term(four, factor, &next[..n], &mut term[..n], &mut sum[..n]);
-            if change <= 0.25 * f64::EPSILON * largest {
-                break;
-            }
+    term[..n].copy_from_slice(&sum[..n]);
+    for power in 1..=MAX_TERMS {
+        multiply::<F, true>(four, columns, stride, h, &term[..m], next);
+        next[0] += term[m];
+        next[m..n - 1].copy_from_slice(&term[m + 1..n]);
+        next[n - 1] = 0.0;
+        let factor = part / f64::from(power);
+        let [largest, change] = add_term(four, factor, &next[..n], &mut term[..n], &mut sum[..n]);
+        if change <= 0.25 * f64::EPSILON * largest {
+            break;
         }
     }
+}
+
+/// The exponential of one part, column by column, then of two, four, eight.
+#[inline(always)]
+fn square_parts<F: Four>(
+    four: F,
+    [m, n, stride]: [usize; 3],
+    columns: &[f64],
+    h: f64,
+    parts: u64,
+    small: &mut [Vec<f64>; 3],
+    [known, square]: &mut [Vec<f64>; 2],
+) {
+    for (j, column) in known.chunks_exact_mut(stride).take(n).enumerate() {
+        small[0][..n].fill(0.0);
+        small[0][j] = 1.0;
+        go_on(four, [m, n, stride], columns, h, 1.0 / parts as f64, small);
+        column[..n].copy_from_slice(&small[0][..n]);
+        column[n..].fill(0.0);
+    }
+    for _ in 1..parts.ilog2() {
+        for (own, column) in known.chunks_exact(stride).zip(square.chunks_exact_mut(stride)).take(n)
+        {
+            multiply::<F, false>(four, known, stride, 1.0, &own[..n], column);
+        }
+        std::mem::swap(known, square);
+    }
+    multiply::<F, false>(four, known, stride, 1.0, &known[(n - 1) * stride..][..n], &mut small[0]);
 }
 
 /// `next = h H term` for as many columns as `term` has numbers. Writes whole groups of [`ROWS`].
 /// Where a term overflows, the zeros below `H` make NaN of it. Such a subspace serves no step of
 /// this length.
 #[inline(always)]
-fn multiply<F: Four>(
+fn multiply<F: Four, const IS_HESSENBERG: bool>(
     four: F,
     columns: &[f64],
     stride: usize,
@@ -112,8 +179,8 @@ fn multiply<F: Four>(
     let rows_of_next = next.as_chunks_mut::<ROWS>().0;
     for (group, next) in rows_of_next.iter_mut().enumerate().take(term.len().div_ceil(ROWS)) {
         let top = ROWS * group;
-        // Columns further left are 0 here.
-        let first = top.saturating_sub(1);
+        // Columns of a Hessenberg matrix further left are 0 here.
+        let first = if IS_HESSENBERG { top.saturating_sub(1) } else { 0 };
         let mut sums = [four.splat(0.0); ROWS / SLOTS];
         for (column, term) in columns.chunks_exact(stride).zip(term).skip(first) {
             let weight = four.splat(h * term);
@@ -222,6 +289,36 @@ mod tests {
                 let bits =
                     |numbers: &[f64]| numbers.iter().map(|a| a.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(&expected), bits(found), "{m} {k}");
+            }
+        }
+    }
+
+    /// Squares go as far as parts do, whatever was computed with the same numbers before.
+    #[test]
+    fn many_parts_go_by_squares_to_the_same_column() {
+        let mut random = Random::new(12);
+        let mut series = Series::new(40);
+        for m in [40, 17, 16, 3, 1] {
+            // A tridiagonal matrix with imaginary eigenvalues up to 2, and some damping.
+            for j in 0..m {
+                let column = series.column(j);
+                column.fill(0.0);
+                column[j] = -0.01;
+                column[j + 1] = random.between(0.5, 1.0);
+            }
+            for j in 1..m {
+                let below = series.element(j, j - 1);
+                series.column(j)[j - 1] = -below;
+            }
+            for (k, h) in [(2, 300.0), (3, 2000.0)] {
+                let parts = 2048;
+                let expected = readable(h, parts, [m, k], |i, j| series.element(i, j));
+                assert!(parts > PARTS_A_COLUMN * (m + k) as u64);
+                let found = series.last_column([m, k], h, parts);
+                let size = expected.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+                for (a, b) in expected.iter().zip(found) {
+                    assert!((a - b).abs() <= 1e-11 * size, "{m} {k}: {a:e} {b:e} of {size:e}");
+                }
             }
         }
     }

@@ -1,10 +1,17 @@
 //! Which method to take for what: the five uses on the first page, each answered from records.
 
-use super::{animation, regret, rest, scaling, trajectory};
+mod frames;
+
+use super::{regret, rest, scaling, trajectory};
 use drape_report::file::read_json;
 use drape_report::number::significant;
 use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
+use frames::{FILM, Frames, of_frames};
+pub use frames::{
+    bound_of_film, bounded, command_of_film, in_one_call, on_large_cloth, on_large_cloth_for_long,
+    substeps_of_lines,
+};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 use trajectory::facts::{Facts, Winner};
@@ -43,7 +50,7 @@ pub fn all_uses(results: &Path) -> Result<[Use; 5], String> {
     let answers = [
         (
             "a curtain in a film at 24 frames a second",
-            of_frames(results, &Frames::of(results, "animation", "24 Hz")?, "curtain")?,
+            of_frames(results, &Frames::of(results, FILM.0, FILM.1)?, "curtain")?,
         ),
         (
             "a skirt in a game at 60 frames a second",
@@ -181,199 +188,6 @@ fn ties(what: &str, labels: &[String]) -> String {
     let more = if others.is_empty() { String::new() } else { format!(" +{} more", others.len()) };
     format!("; {what}: {}{more}", first.join(", "))
 }
-
-/// The good runs on a scene of a study of films, each the fastest of its method, fastest first.
-struct Frames {
-    study: &'static str,
-    scene: animation::facts::Scene,
-    /// The good runs, each the fastest of its method, with the time of a frame, s.
-    least: Vec<(animation::facts::Run, f64)>,
-    /// Those of other methods that tie with the fastest.
-    tied: Vec<animation::facts::Run>,
-}
-
-impl Frames {
-    /// On the scene of the study whose name contains `part`.
-    fn of(results: &Path, study: &'static str, part: &str) -> Result<Self, String> {
-        use animation::facts::{Facts, Run, TimingRow, fastest_of_each, leaders};
-        let Facts { scenes, mut runs, .. } = facts(results, study)?;
-        let scene = scenes.into_iter().find(|scene| scene.id.contains(part)).ok_or_else(|| {
-            let record = results.join(study).with_extension("json");
-            let record = record.display();
-            format!(
-                "{record} has no scene whose id contains `{part}`; run `drape experiment {study}`"
-            )
-        })?;
-        let timings: Vec<TimingRow> = timings(results, study)?;
-        let time = |run: &Run| timings.iter().find(|row| row.is_of(run)).map(|row| row.frame_s);
-        runs.retain(|run| run.scene == scene.id);
-        let within = |share: f64| {
-            let good = runs.iter().filter(|run| run.is_good_within(&scene, share));
-            fastest_of_each(good.filter_map(|run| Some((run, time(run)?))))
-        };
-        let own = |(run, time): (&Run, f64)| (run.clone(), time);
-        let least = within(1.0).into_iter().map(own).collect();
-        let tied = leaders(within).into_iter().skip(1);
-        let tied = tied.map(|(run, _)| run.clone()).collect();
-        Ok(Self { study, scene, least, tied })
-    }
-
-    /// The runs of other methods that tie with the fastest, each told by `tell`, and by its error if
-    /// that is slightly larger than a good one.
-    fn near(&self, tell: impl Fn(&animation::facts::Run) -> String) -> Vec<String> {
-        let told = |run: &animation::facts::Run| match self.scene.error(run) {
-            Some(error) if !run.is_good(&self.scene) => {
-                format!("{} (off by {:.1} mm)", tell(run), 1e3 * error)
-            }
-            _ => tell(run),
-        };
-        self.tied.iter().map(told).collect()
-    }
-
-    /// How near a good run is.
-    fn within(&self) -> String {
-        let good = self.scene.good_m();
-        let noise = if good > animation::facts::GOOD { ", twice the noise" } else { "" };
-        format!("within {:.0} mm{noise}", 1e3 * good)
-    }
-}
-
-/// The method of a run, for a text.
-fn named(run: &animation::facts::Run) -> String {
-    format!("`{}`", method(&run.label))
-}
-
-/// The form of a run beside its calls. These tell the number of substeps, so the form need not.
-fn form_beside_calls(run: &animation::facts::Run) -> String {
-    match run.inside {
-        Some(_) => method(&run.label).to_owned(),
-        None => short(&run.method),
-    }
-}
-
-/// The fastest good method, and its ties, on a scene of a study, and what a comparison advises
-/// for the bundled scene of the use.
-fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Result<Answer, String> {
-    let Frames { study, scene, least, .. } = frames;
-    let place = match scene.id.split(',').next().unwrap_or_default() {
-        "led" => ", one edge moved to and fro".to_owned(),
-        place => format!(" {place}"),
-    };
-    let place = format!(
-        "{}, {} damping, {} particles{place} for {} s",
-        scene.fabric,
-        scene.damping(),
-        scene.particles,
-        scene.span_s
-    );
-    let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
-    let kept = |kept| format!(", {:.0} % of the kinetic energy kept", 100.0 * kept);
-    let kept = frames.least.first().and_then(|(run, _)| run.kinetic).map(kept).unwrap_or_default();
-    let measured = format!("{place}, {}{kept}", frames.within());
-    let Advised { take: bundled, why: advised } = advised(results, bundled)?;
-    let Some((first, time)) = least.first() else {
-        let why = format!("`{study}`, {}: no run is good{advised}", scene.id);
-        return Ok(Answer { take: "none".to_owned(), measured, bundled, why });
-    };
-    let form = form_beside_calls(first);
-    let take =
-        format!("`{form}`, {} a frame{}", first.calls(scene), ties("tie", &frames.near(named)));
-    let off = match scene.error(first) {
-        Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
-        None => "its strain is kept".to_owned(),
-    };
-    let why = format!("`{study}`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
-    Ok(Answer { take, measured, bundled, why })
-}
-
-/// The fastest good method on a scene of `animation-long`, with its share of the time of
-/// `symplectic-euler`, and the forms that tie with it.
-fn fastest(results: &Path, id: &str) -> Result<(Frames, String), String> {
-    use animation::facts::Run;
-    let frames = Frames::of(results, "animation-long", id)?;
-    let Frames { scene, least, .. } = &frames;
-    if scene.id != id {
-        return Err(format!("animation-long has no scene `{id}`, only `{}`", scene.id));
-    }
-    let (first, time) =
-        least.first().ok_or_else(|| format!("animation-long, {id}: no run is good"))?;
-    let form = |run: &Run| match (form_beside_calls(run), run.inside) {
-        (form, Some(_)) => format!("`{form}` ({} a frame)", run.calls(scene)),
-        (form, None) => format!("`{form}`"),
-    };
-    let explicit = least.iter().find(|(run, _)| run.label == EXPLICIT);
-    let share = match explicit {
-        Some((_, other)) if other > time => {
-            format!(", {:.0} % of the time of `{EXPLICIT}`", 100.0 * time / other)
-        }
-        _ => String::new(),
-    };
-    let told = form(first) + &share + &ties("tie", &frames.near(form));
-    Ok((frames, told))
-}
-
-/// The fastest good methods on hanging cloth of 2500 particles and more, mesh by mesh.
-///
-/// # Errors
-/// When a record cannot be read or lacks one of these scenes.
-pub fn on_large_cloth(results: &Path) -> Result<String, String> {
-    let meshes = ["2500", "10000", "40000"];
-    let told = meshes.map(|particles| {
-        let (_, told) = fastest(results, &format!("{HANGING}{particles}"))?;
-        Ok::<_, String>(format!("{particles} particles: {told}"))
-    });
-    Ok(told.into_iter().collect::<Result<Vec<_>, _>>()?.join(". "))
-}
-
-/// The fastest good methods on hanging cloth of 2500 particles over 5 s.
-///
-/// # Errors
-/// As [`on_large_cloth`].
-pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
-    let (frames, told) = fastest(results, &format!("{HANGING}2500, 5 s"))?;
-    Ok(format!("{}: {told}", frames.within()))
-}
-
-/// Stiffness over mass from which on cloth is stiff for the pages, 1/s².
-const STIFF: f64 = 1e6;
-
-/// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth with light
-/// damping, scene by scene.
-///
-/// # Errors
-/// When a record cannot be read.
-pub fn substeps_of_lines(results: &Path) -> Result<String, String> {
-    use animation::facts::{Facts, Run};
-    let mut told = Vec::new();
-    for study in ["animation", "animation-long"] {
-        let Facts { scenes, runs, .. } = facts(results, study)?;
-        let stiff = scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF);
-        for scene in stiff.filter(|scene| scene.damping() == "light") {
-            let own = runs.iter().filter(|run| run.scene == scene.id && run.label == "xpbd-lines");
-            let least =
-                own.clone().filter(|run| run.is_good(scene)).map(Run::parts_of_a_frame).min();
-            let number = least.map_or_else(
-                || {
-                    let most = own.map(Run::parts_of_a_frame).max().unwrap_or(0);
-                    format!("none up to {most}")
-                },
-                |number| number.to_string(),
-            );
-            let place = scene.id.split(", ").next().unwrap_or_default();
-            told.push(format!(
-                "{number} ({place}, {}, {} particles, {} Hz, {:.1} s)",
-                scene.fabric, scene.particles, scene.frames_per_s, scene.span_s
-            ));
-        }
-    }
-    Ok(told.join(", "))
-}
-
-/// How the ids of the hanging scenes begin, before the number of particles.
-const HANGING: &str = "hanging, cotton-blend, light, n=";
-
-/// The explicit method with which others are compared.
-const EXPLICIT: &str = "symplectic-euler";
 
 /// A length of a step given in s, in ms.
 fn step_ms(step_s: f64) -> String {
