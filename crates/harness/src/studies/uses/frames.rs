@@ -274,7 +274,7 @@ pub fn bounded(results: &Path) -> Result<String, String> {
             let own = runs.iter().filter(|run| run.scene == scene.id);
             let number = own.filter(|run| is_only_sluggish(run, scene)).count();
             if number > 0 {
-                told.push(format!("{number} ({}, {:.1} s)", scene.id, scene.span_s));
+                told.push(format!("{number} ({})", scene.id));
             }
         }
     }
