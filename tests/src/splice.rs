@@ -179,10 +179,11 @@ fn rest_modelled(results: &Path) -> Result<String, String> {
     let middle = median(ratios.iter().copied()).unwrap_or(most);
     let within =
         |by: f64| ratios.iter().filter(|ratio| (0.75..=1.25).contains(&(**ratio / by))).count();
+    let is_same = uses::processor(results, "rest")? == prices().cpu;
+    let processor = if is_same { "the processor" } else { "another processor than that" };
     Ok(format!(
-        "{least:.2} to {most:.2} times the measured ones (median {middle:.2}); {} of the {} timed runs \
-         lie within 25 %, {} do after a division by the median, which takes out the speed of the \
-         machine",
+        "{least:.2} to {most:.2} times the measured ones (median {middle:.2}), on {processor} of the \
+         prices; {} of the {} timed runs lie within 25 %, {} within 25 % of the median",
         within(1.0),
         ratios.len(),
         within(middle)

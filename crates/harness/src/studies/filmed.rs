@@ -59,7 +59,7 @@ pub(super) trait Stage: Sync {
     /// Key of the scene of a run.
     fn scene(run: &Self::Run) -> &str;
     /// Whether a run is timed.
-    fn is_timed(&self, run: &Self::Run) -> bool;
+    fn is_timed(run: &Self::Run) -> bool;
     /// Times a run.
     fn time(&self, run: &Self::Run) -> Result<Self::Row, HarnessError>;
     /// The seconds of a timing.
@@ -93,7 +93,7 @@ pub(super) fn clock<S: Stage>(
     }
     let mut all = Vec::new();
     for (stage, own) in stages.iter().zip(runs) {
-        all.extend(own.iter().filter(|run| stage.is_timed(run)).map(|run| (stage, run)));
+        all.extend(own.iter().filter(|run| S::is_timed(run)).map(|run| (stage, run)));
     }
     Ok(Some(timed(context, "timings", &all, |(stage, run)| stage.time(run))?.all()?))
 }
@@ -115,8 +115,7 @@ pub(super) fn clock_again<S: Stage>(
             place.insert(recorded.same(S::scene(run), stage(S::scene(run))?, S::hash)?);
         }
     }
-    let of = |run: &S::Run| &stages[S::scene(run)];
-    let all: Vec<_> = runs.iter().filter(|run| of(run).is_timed(run)).collect();
-    let time = |run: &&S::Run| of(run).time(run);
+    let all: Vec<_> = runs.iter().filter(|run| S::is_timed(run)).collect();
+    let time = |run: &&S::Run| stages[S::scene(run)].time(run);
     recorded.timed(context, &runs, &all, (time, S::seconds))
 }

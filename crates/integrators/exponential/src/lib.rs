@@ -99,6 +99,8 @@
 //!   Communications of the ACM 6, 1963. doi:10.1145/366707.367592.
 //! * Y. Saad, *Analysis of some Krylov subspace approximations to the matrix exponential operator*,
 //!   SIAM Journal on Numerical Analysis 29, 1992. doi:10.1137/0729014.
+//! * C. Moler, C. Van Loan, *Nineteen dubious ways to compute the exponential of a matrix, twenty-five
+//!   years later*, SIAM Review 45, 2003. doi:10.1137/S00361445024180.
 //! * M. Hochbruck, A. Ostermann, J. Schweitzer, *Exponential Rosenbrock-type methods*, SIAM Journal
 //!   on Numerical Analysis 47, 2009. doi:10.1137/080717717.
 //! * D. Michels, G. Sobottka, A. Weber, *Exponential integrators for stiff elastodynamic problems*,

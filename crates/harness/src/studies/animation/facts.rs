@@ -20,9 +20,6 @@ pub const NEARLY: f64 = 1.1;
 /// A good run has the true motion's mean kinetic energy within this factor: noise may allow an error
 /// so large that a sluggish run meets it.
 pub const LIVELY: f64 = 1.5;
-/// Number of sweeps of forces a frame from which on more calls of a form are not tried. With products
-/// of matrices, a run of so many sweeps is timed only if it is good.
-pub const DEAR: u64 = 100;
 /// If no distance ranks, the strain of a good run exceeds the true one by at most this.
 pub const STRETCHED: f64 = 0.01;
 
@@ -263,22 +260,20 @@ impl Run {
 
     /// Whether the run is [good](Self::is_good) if the accepted error is `share` times as large.
     pub fn is_good_within(&self, scene: &Scene, share: f64) -> bool {
-        let is_near = match scene.measure {
+        self.is_sound() && self.is_lively() && self.is_near(scene, share)
+    }
+
+    /// Whether the run is near enough to the true motion if the accepted error is `share` times as
+    /// large.
+    pub fn is_near(&self, scene: &Scene, share: f64) -> bool {
+        match scene.measure {
             Measure::Kept => {
                 let begins_near = |error: f64| error <= share * scene.good_at_first_m();
                 self.trajectory_error_m.is_some_and(begins_near)
                     && self.excess_strain.is_some_and(|strain| strain <= STRETCHED)
             }
             _ => scene.error(self).is_some_and(|error| error <= share * scene.good_m()),
-        };
-        self.is_sound() && self.is_lively() && is_near
-    }
-
-    /// Whether the run is timed and drawn: a sound one, but if it is dear it must be good, or nearly.
-    pub fn is_telling(&self, scene: &Scene) -> bool {
-        let sweeps = (self.counts.force_evaluations + self.counts.matvecs) as f64;
-        let is_dear = sweeps >= DEAR as f64 * scene.span_s * f64::from(scene.frames_per_s);
-        self.is_sound() && (!is_dear || self.is_good_within(scene, NEARLY))
+        }
     }
 
     /// The id of the method.

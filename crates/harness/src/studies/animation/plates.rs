@@ -100,8 +100,7 @@ const MAP: &str = "Each place names the method with the least time a frame for a
 const FRONT: &str = "The line joins the runs that no other run beats in both time and error, of \
     those that keep their kinetic energy within a factor of 1.5. Each panel shows a scene; each \
     marker is a stable run that moves, one form of a method with one number of calls and of \
-    substeps in a call; runs that are not good and take 100 sweeps a frame and more are left out. \
-    Across: time a frame on one core. Upwards: the mean distance of the \
+    substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
     surfaces over the span where the cloth is held, the distance of the particles at 0.3 s \
     elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
     which nothing is ranked.";
@@ -118,9 +117,9 @@ fn time(input: &Input, run: &Run) -> Option<f64> {
     rows.iter().find(|row| row.is_of(run)).map(|row| row.frame_s)
 }
 
-/// Telling runs of a scene that have a time and an error: the run, its time (s) and its error (m).
+/// Sound runs of a scene that have a time and an error: the run, its time (s) and its error (m).
 fn timed<'a>(input: &'a Input, scene: &'a Scene) -> Vec<(&'a Run, f64, f64)> {
-    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_telling(scene));
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.is_sound());
     own.filter_map(|run| Some((run, time(input, run)?, scene.error(run)?))).collect()
 }
 

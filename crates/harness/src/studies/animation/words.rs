@@ -451,21 +451,6 @@ mod tests {
     }
 
     #[test]
-    fn dear_runs_are_timed_if_they_are_good_or_nearly() {
-        // Frames of two seconds at 60 a second.
-        let swept = |label, sweeps: u64, error| {
-            let half = 120 * sweeps / 2;
-            let counts = Counters { force_evaluations: half, matvecs: half, ..Counters::default() };
-            Run { counts, ..run(label, 1, Verdict::Stable, error) }.is_telling(&scene())
-        };
-        assert!(swept("cheap", 98, 0.5));
-        assert!(!swept("dear", 100, 0.5));
-        assert!(swept("dear and good", 1000, 0.009));
-        assert!(swept("dear and nearly good", 1000, 0.0109));
-        assert!(!run("loud", 1, Verdict::Unstable, 0.001).is_telling(&scene()));
-    }
-
-    #[test]
     fn what_is_enough_is_told_from_what_locks_gains_or_errs() {
         let runs = vec![
             run("good", 1, Verdict::Stable, 0.002),

@@ -168,7 +168,7 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
     Ok(format!("{}: {told}", frames.within()))
 }
 
-/// The fewest substeps of a frame with which [`LINES`] has a good run on stiff cloth with light
+/// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth with light
 /// damping, scene by scene.
 ///
 /// # Errors
@@ -233,13 +233,12 @@ pub fn in_one_call(results: &Path) -> Result<String, String> {
     Ok(format!("{}; {}", of(LINES), of("rkc")))
 }
 
-/// Whether a run is excluded by its kinetic energy alone.
-fn is_only_sluggish(run: &Run, scene: &Scene) -> bool {
-    let is_near = scene.error(run).is_some_and(|error| error <= scene.good_m());
-    run.is_sound() && is_near && !run.is_lively()
+/// Whether a run is not good for its kinetic energy alone.
+fn is_bounded(run: &Run, scene: &Scene) -> bool {
+    run.is_sound() && run.is_near(scene, 1.0) && !run.is_lively()
 }
 
-/// The substeps of [`LINES`] that the bound on kinetic energy excludes on the scene of the film, and
+/// The substeps of `xpbd-lines` that the bound on kinetic energy excludes on the scene of the film, and
 /// the fewest that it lets pass.
 ///
 /// # Errors
@@ -250,7 +249,7 @@ pub fn bound_of_film(results: &Path) -> Result<String, String> {
     let scene = scenes.iter().find(|scene| scene.id.contains(part));
     let scene = scene.ok_or_else(|| format!("{study} has no scene of a film"))?;
     let own = || runs.iter().filter(|run| run.scene == scene.id && run.label == LINES);
-    let excluded = own().filter(|run| is_only_sluggish(run, scene));
+    let excluded = own().filter(|run| is_bounded(run, scene));
     let good = own().filter(|run| run.is_good(scene)).min_by_key(|run| run.parts_of_a_frame());
     let told = |run: &Run, what: &str| {
         let kept = 100.0 * run.kinetic.unwrap_or_default();
@@ -272,7 +271,7 @@ pub fn bounded(results: &Path) -> Result<String, String> {
         let Facts { scenes, runs, .. } = facts(results, study)?;
         for scene in &scenes {
             let own = runs.iter().filter(|run| run.scene == scene.id);
-            let number = own.filter(|run| is_only_sluggish(run, scene)).count();
+            let number = own.filter(|run| is_bounded(run, scene)).count();
             if number > 0 {
                 told.push(format!("{number} ({})", scene.id));
             }

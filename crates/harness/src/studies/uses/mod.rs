@@ -88,7 +88,10 @@ pub fn measured_on(results: &Path) -> Result<String, String> {
 }
 
 /// The processor of the timings of a study.
-fn processor(results: &Path, study: &str) -> Result<String, String> {
+///
+/// # Errors
+/// A message if they cannot be read.
+pub fn processor(results: &Path, study: &str) -> Result<String, String> {
     let path = results.join("timings").join(study).with_extension("json");
     let timings = read_json(&path).map_err(|error| error.to_string())?;
     let timings: Timings<serde_json::Value> = timings;

@@ -40,7 +40,7 @@ pub(in crate::studies::animation) fn run(
         let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
         let part = format!("{id}, timings");
         let times = in_time(context, (&part, true), &runs, |runs| {
-            let sound = runs.iter().flatten().filter(|run| setting.is_timed(run));
+            let sound = runs.iter().flatten().filter(|run| Setting::is_timed(run));
             sound.map(|run| setting.time(run)).collect::<Result<Vec<_>, _>>()
         })?;
         let lacking = |has: &dyn Fn(usize) -> bool| -> Vec<String> {

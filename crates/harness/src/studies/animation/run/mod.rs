@@ -9,9 +9,7 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Inside, Runs, Substeps};
-use crate::studies::animation::facts::{
-    DEAR, FINE, Facts, HEAVY, LIVELY, NEARLY, Run, Scene, TimingRow,
-};
+use crate::studies::animation::facts::{FINE, Facts, HEAVY, LIVELY, Run, Scene, TimingRow};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
@@ -42,6 +40,8 @@ fn rungs(film: &Film, ladder: &[u32]) -> Vec<(u32, Option<(&'static Inside, u32)
 /// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
+/// Number of sweeps of forces a frame from which on more calls of a form are not tried.
+const DEAR: u64 = 100;
 
 /// The forms of every method of the registry, method by method.
 fn of_registry() -> impl Iterator<Item = Vec<Film>> {
@@ -150,9 +150,7 @@ fn timing() -> String {
          repetitions counts; a run of more than {LONG_S} s is timed once. The time is the \
          processor time in the calls of the method if the system reports it, else the wall time; \
          other programs disturb processor time less. {} Only runs that neither gain energy nor \
-         stand still are timed. Of those that are not good, even if the accepted error were {NEARLY} \
-         times as large, only such as take fewer than {DEAR} sweeps of forces and products with \
-         matrices a frame. The time excludes set-up.",
+         stand still are timed. The time excludes set-up.",
         about_probe()
     )
 }
@@ -165,13 +163,7 @@ fn again(
 ) -> Result<(Facts, Vec<TimingRow>), HarnessError> {
     let rows = clock_again(context, recorded, &facts.runs, |scene| {
         let mut cases = scenes::cases().into_iter().chain(scenes::long());
-        let case = cases.find(|case| case.id() == scene);
-        let mut setting = case.map(|case| Setting::staged(&case)).transpose()?;
-        let known = facts.scenes.iter().find(|known| known.id == scene);
-        if let Some((setting, known)) = setting.as_mut().zip(known) {
-            setting.scene = known.clone();
-        }
-        Ok(setting)
+        cases.find(|case| case.id() == scene).map(|case| Setting::staged(&case)).transpose()
     })?;
     facts.missing.iter_mut().for_each(|missing| missing.not_timed.clear());
     facts.missing.retain(|missing| !missing.not_run.is_empty());

@@ -1,13 +1,13 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
-use super::{EXPLICIT, FILM, FRAMES_PER_S, LADDER, LARGE_LADDER, first_forms, forms, rungs};
+use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, LARGE_LADDER, first_forms, forms, rungs};
 use crate::film::{Camera, HALF, Seen, look_apart, mean, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::{Energy, Rule, gershgorin, judge, reference_run};
-use crate::studies::animation::facts::{self, DEAR, FINE, HEAVY, Measure, Run, TimingRow};
+use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
 use crate::studies::clocked::{Taken, samples};
 use crate::studies::filmed::{Counters, LONG_S, Stage};
 use crate::studies::finite;
@@ -651,8 +651,8 @@ impl Stage for Setting {
         &run.scene
     }
 
-    fn is_timed(&self, run: &Run) -> bool {
-        run.is_telling(&self.scene)
+    fn is_timed(run: &Run) -> bool {
+        run.is_sound()
     }
 
     fn seconds(row: &TimingRow) -> f64 {

@@ -508,7 +508,7 @@ impl Stage for Setting {
         &run.scene
     }
 
-    fn is_timed(&self, run: &Run) -> bool {
+    fn is_timed(run: &Run) -> bool {
         run.is_right()
     }
 
