@@ -97,16 +97,16 @@ const MAP: &str = "Each place names the method with the least time a frame for a
     or smaller; the place names two and counts the others. Grey: no run reaches the error, or the \
     noise is more than half of it.";
 
-const FRONT: &str = "The line joins the runs that no other run beats in both time and error, of \
-    those that keep their kinetic energy within a factor of 1.5. Each panel shows a scene; each \
-    marker is a stable run that moves, one form of a method with one number of calls and of \
-    substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
+const FRONT: &str = "The line joins the runs that no other run beats in both time and error. Each \
+    panel shows a scene; each marker is a stable run that keeps its kinetic energy within a factor \
+    of 1.5, one form of a method with one number of calls and of substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
     surfaces over the span where the cloth is held, the distance of the particles at 0.3 s \
     elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
     which nothing is ranked.";
 
 const CHEAPEST: &str = "Marked runs are the cheapest of a scene or tie with it, within a factor of \
-    2. The number is the time of the cheapest good run of a form, on one core. A good run gains no \
+    2; the map counts methods, and also those that would tie if the error might be a tenth larger \
+    or smaller. The number is the time of the cheapest good run of a form, on one core. A good run gains no \
     energy, keeps its motion, keeps its kinetic energy within a factor of 1.5, and is off by at \
     most 1 cm or twice the noise: by shape where the cloth is held, by the particles at 0.3 s \
     elsewhere. After seconds in the wind no distance ranks the runs. There, in place of the \
@@ -309,7 +309,9 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
     let common = by_sign(&common.cloned().collect::<Vec<_>>());
     if faults.iter().any(|own| !own.is_empty()) {
         let signs = "L stand still, ✗ gain energy, > exceed the budget of work, – are refused.";
-        sheet.notes.push(format!("Above a panel, methods without a sound run; their runs {signs}"));
+        sheet.notes.push(format!(
+            "Above a panel, methods without a sound run, with each way in which runs fail: {signs}"
+        ));
     }
     if !common.is_empty() {
         sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
@@ -437,7 +439,7 @@ fn raised(scene: &Scene) -> Option<String> {
 
 fn front(input: &Input) -> Option<Sheet> {
     let draft = |scene: &Scene| -> Draft {
-        let runs = timed(input, scene);
+        let runs = lively(timed(input, scene));
         let point = |(_, time, error): &(&Run, f64, f64)| Point {
             x: 1e3 * time,
             y: 1e3 * error.max(1e-6),
@@ -451,7 +453,7 @@ fn front(input: &Input) -> Option<Sheet> {
             Some(Series::new(family.title.to_owned(), look, points.collect())?.apart())
         });
         let mut series: Vec<Series> = own.collect();
-        let line = best(lively(runs.clone())).iter().map(point).collect();
+        let line = best(runs.clone()).iter().map(point).collect();
         series.extend(Series::path("the front".to_owned(), Look::number(0), line));
         let floor = 1e3 * scene.floor_m();
         let rules = vec![
