@@ -99,17 +99,17 @@ const MAP: &str = "Each place names the method with the least time a frame for a
 
 const FRONT: &str = "The line joins the runs that no other run beats in both time and error. Each \
     panel shows a scene; each marker is a stable run that keeps its kinetic energy within a factor \
-    of 1.5, one form of a method with one number of calls and of substeps in a call. Across: time a frame on one core. Upwards: the mean distance of the \
-    surfaces over the span where the cloth is held, the distance of the particles at 0.3 s \
-    elsewhere. Dashed: good enough, 1 cm or twice the noise, and the noise of the scene, below \
-    which nothing is ranked.";
+    of 1.5, one form of a method with one number of calls and of substeps in a call. Across: time \
+    a frame on one core. Upwards: the mean distance of the surfaces over the span where the cloth \
+    is held, the distance of the particles at 0.3 s elsewhere. Dashed: good enough, 1 cm or twice \
+    the noise, and the noise of the scene, below which nothing is ranked.";
 
 const CHEAPEST: &str = "Marked runs are the cheapest of a scene or tie with it, within a factor of \
     2; the map counts methods, and also those that would tie if the error might be a tenth larger \
-    or smaller. The number is the time of the cheapest good run of a form, on one core. A good run gains no \
-    energy, keeps its motion, keeps its kinetic energy within a factor of 1.5, and is off by at \
-    most 1 cm or twice the noise: by shape where the cloth is held, by the particles at 0.3 s \
-    elsewhere. After seconds in the wind no distance ranks the runs. There, in place of the \
+    or smaller. The number is the time of the cheapest good run of a form, on one core. A good run \
+    gains no energy, keeps its motion, keeps its kinetic energy within a factor of 1.5, and is off \
+    by at most 1 cm or twice the noise: by shape where the cloth is held, by the particles at 0.3 \
+    s elsewhere. After seconds in the wind no distance ranks the runs. There, in place of the \
     distance, it must be near at 0.3 s and stretch by at most 1 % more.";
 
 fn time(input: &Input, run: &Run) -> Option<f64> {
