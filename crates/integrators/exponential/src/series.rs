@@ -63,35 +63,24 @@ impl Series {
     /// with the first `m` rows and columns of `H` and `k` more, in so many parts or more. For `k = 2`
     /// it is `(φ₂(hH) e₁, 1, 1)`.
     pub(crate) fn last_column(&mut self, [m, k]: [usize; 2], h: f64, parts: u64) -> &[f64] {
-        if parts > PARTS_A_COLUMN * (m + k) as u64 {
-            return self.last_column_by_squares([m, k], h, parts.next_power_of_two());
-        }
-        let Self { stride, columns, small, .. } = self;
-        vectorised!(four_wide(), [four,
-            shape: [usize; 3] = [m, m + k, *stride],
-            columns: &'k [f64] = columns,
-            h: f64 = h,
-            parts: u64 = parts,
-            small: &'k mut [Vec<f64>; 3] = small,
-        ] -> () {
-            sum_parts(four, shape, columns, h, parts, small);
-        });
-        &self.small[0][..m]
-    }
-
-    /// As [`last_column`](Self::last_column), for a power of two.
-    fn last_column_by_squares(&mut self, [m, k]: [usize; 2], h: f64, parts: u64) -> &[f64] {
         let Self { stride, columns, small, squares } = self;
-        squares.iter_mut().for_each(|square| square.resize((m + k) * *stride, 0.0));
+        let n = m + k;
+        let by_squares = parts > PARTS_A_COLUMN * n as u64;
+        if by_squares {
+            squares.iter_mut().for_each(|square| square.resize(n * *stride, 0.0));
+        }
         vectorised!(four_wide(), [four,
-            shape: [usize; 3] = [m, m + k, *stride],
+            shape: [usize; 3] = [m, n, *stride],
             columns: &'k [f64] = columns,
             h: f64 = h,
-            parts: u64 = parts,
+            parts: u64 = if by_squares { parts.next_power_of_two() } else { parts },
             small: &'k mut [Vec<f64>; 3] = small,
-            squares: &'k mut [Vec<f64>; 2] = squares,
+            squares: Option<&'k mut [Vec<f64>; 2]> = by_squares.then_some(squares),
         ] -> () {
-            square_parts(four, shape, columns, h, parts, small, squares);
+            match squares {
+                Some(squares) => square_parts(four, shape, columns, h, parts, small, squares),
+                None => sum_parts(four, shape, columns, h, parts, small),
+            }
         });
         &self.small[0][..m]
     }

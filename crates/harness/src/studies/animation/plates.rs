@@ -453,7 +453,7 @@ fn front(input: &Input) -> Option<Sheet> {
             Some(Series::new(family.title.to_owned(), look, points.collect())?.apart())
         });
         let mut series: Vec<Series> = own.collect();
-        let line = best(runs.clone()).iter().map(point).collect();
+        let line = best(runs).iter().map(point).collect();
         series.extend(Series::path("the front".to_owned(), Look::number(0), line));
         let floor = 1e3 * scene.floor_m();
         let rules = vec![
