@@ -413,8 +413,9 @@ fn uses_in_short(results: &Path) -> Result<String, String> {
         let _ = writeln!(text, "| {what} | {take} | {measured} | {} |", or_dash(&bundled));
     }
     Ok(format!(
-        "{text}\n{} The last column: what `drape compare` advises for the motion.\n",
-        uses::measured_on(results)?
+        "{text}\n{} {} The last column: what `drape compare` advises for the motion.\n",
+        uses::measured_on(results)?,
+        uses::light_damping(results)?
     ))
 }
 

@@ -4,12 +4,14 @@
 //! path of chosen particles. Two films of the same camera are compared by the distance of their
 //! surfaces or of their particles.
 
+mod bytes;
 mod surface;
 
 use crate::HarnessError;
 use crate::run::{Counts, Moment, Outcome, Runner, Simulation};
 use drape_model::{SpringEffect, State, System, SystemSpec, TimeSpan, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::rc::Rc;
 use surface::Surface;
@@ -18,9 +20,10 @@ use surface::Surface;
 pub(crate) const HALF: f64 = 0.5;
 
 /// Positions, kinetic energy and strain at one look.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Look {
     /// Position of each particle, in the order of the specification, m.
+    #[serde(with = "bytes")]
     pub(crate) x: Vec<Vec3>,
     /// Kinetic energy, J.
     pub(crate) kinetic: f64,
@@ -29,7 +32,7 @@ pub(crate) struct Look {
 }
 
 /// The film of a motion.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Seen {
     pub(crate) looks: Vec<Look>,
     /// Mean path of the tracked particles, from frame to frame, m.
@@ -263,6 +266,23 @@ mod tests {
             let (seen, meant) = (between(&at(t), &at(t + h), h, s), at(t + s * h));
             assert!((seen.x[0] - meant.x[0]).norm() < 1e-14, "{s}: {seen:?} {meant:?}");
             assert!((seen.v[0] - meant.v[0]).norm() < 1e-13, "{s}: {seen:?} {meant:?}");
+        }
+    }
+
+    /// A kept film has every bit of the motion, also of numbers that decimals round.
+    #[test]
+    fn a_film_is_the_same_after_it_was_kept() {
+        let x = vec![Vec3::new(0.1, -1.0 / 3.0, 1e-300), Vec3::new(f64::MAX, -0.0, 7.0)];
+        let look = Look { x, kinetic: 1.0 / 7.0, strain: 0.3 };
+        let film = Seen { looks: vec![look.clone(), look], path: 2.0 / 3.0 };
+        let kept = serde_json::to_value(&film).expect("JSON");
+        let again = Seen::deserialize(&kept).expect("a film");
+        assert_eq!(again, film);
+        assert!(again.looks[0].x[1].y.is_sign_negative());
+        for bad in ["AAAA", "no base64"] {
+            let mut torn = kept.clone();
+            torn["looks"][0]["x"] = bad.into();
+            assert!(Seen::deserialize(&torn).is_err(), "{bad}");
         }
     }
 

@@ -9,8 +9,8 @@ use drape_report::page::{Table, texts};
 use drape_report::{Record, Timings};
 use frames::{FILM, Frames, of_frames};
 pub use frames::{
-    bound_of_film, bounded, command_of_film, in_one_call, on_large_cloth, on_large_cloth_for_long,
-    substeps_of_lines,
+    bound_of_film, bounded, command_of_film, in_one_call, light_damping, on_large_cloth,
+    on_large_cloth_for_long, substeps_of_lines,
 };
 use serde::de::DeserializeOwned;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `animation`.
 
-use super::facts::{self, Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
+use super::facts::{self, Facts, GOOD, HEAVY, Measure, Missing, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels, looks};
 use crate::studies::tiles::{self, fault, legend, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
@@ -420,6 +420,7 @@ fn map(input: &Input) -> Option<Matrix> {
         ]
         .into_iter()
         .chain(shown(input).filter_map(raised))
+        .chain(shown(input).filter_map(|scene| partly_run(input, scene)))
         .chain(input.machine())
         .collect(),
     })
@@ -533,8 +534,20 @@ fn cheapest(input: &Input) -> Option<Matrix> {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
         legend: legend("ms", &signs),
-        notes: input.machine().into_iter().collect(),
+        notes: shown(input)
+            .filter_map(|scene| partly_run(input, scene))
+            .chain(input.machine())
+            .collect(),
     })
+}
+
+/// Says on how many methods a scene shows anything, if not on all.
+fn partly_run(input: &Input, scene: &Scene) -> Option<String> {
+    let lacks = |missing: &&Missing| missing.scene == scene.id && !missing.not_run.is_empty();
+    let not_run = input.facts.missing.iter().find(lacks)?.not_run.len();
+    let own = input.facts.runs.iter().filter(|run| run.scene == scene.id);
+    let run = own.map(|run| run.label.as_str()).collect::<BTreeSet<_>>().len();
+    Some(format!("{}: {run} of {} methods were run.", scene.id, run + not_run))
 }
 
 /// All tables of the page.

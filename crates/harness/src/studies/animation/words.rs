@@ -121,6 +121,13 @@ fn in_one_call(facts: &Facts) -> Option<String> {
     let names: Vec<_> =
         good.iter().filter(|(_, count)| *count == most).map(|(label, _)| *label).collect();
     let scale = scale(facts);
+    let lacks = |scene: &&Scene| {
+        names.iter().any(|label| runs(facts, scene).all(|run| run.label != *label))
+    };
+    let not_run = match facts.scenes.iter().filter(lacks).count() {
+        0 => String::new(),
+        number => format!(" (not run on {number} of them)"),
+    };
     let is_divided = |label: &&str| !in_a_call(facts, label).is_empty();
     let within = if names.iter().any(is_divided) {
         "; the substeps or stages are inside the call"
@@ -136,7 +143,7 @@ fn in_one_call(facts: &Facts) -> Option<String> {
             )
         }
         most => format!(
-            "One call a frame is enough in at most {most} of {all} scenes, with {}{within}.",
+            "One call a frame is enough in at most {most} of {all} scenes{not_run}, with {}{within}.",
             methods(&names)
         ),
     };
@@ -667,6 +674,14 @@ mod tests {
         let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
         // A scene without runs does not count as a failure of the method.
         assert!(said.conclusion.contains("in every scene that was run, with `good`"), "{said:?}");
+        // Nor does a scene with runs of other methods alone.
+        let elsewhere =
+            |label: &str| Run { scene: "t".to_owned(), ..run(label, 1, Verdict::Stable, 0.5) };
+        let runs = vec![run("good", 1, Verdict::Stable, 0.002), elsewhere("other")];
+        let empty = Scene { id: "t".to_owned(), ..scene() };
+        let partly = long(&Facts { scenes: vec![scene(), empty], runs, missing: Vec::new() });
+        let told = "in at most 1 of 2 scenes (not run on 1 of them), with `good`";
+        assert!(partly.conclusion.contains(told), "{partly:?}");
         let caveats = said.caveats.join(" ");
         assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");
         for sentence in

@@ -104,7 +104,7 @@ pub(super) fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Resul
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
     let kept = |kept| format!(", {:.0} % of the kinetic energy kept", 100.0 * kept);
     let kept = frames.least.first().and_then(|(run, _)| run.kinetic).map(kept).unwrap_or_default();
-    let measured = format!("{place}, {}{kept}", frames.within());
+    let measured = format!("{place}, {}{kept} (study `{study}`)", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
         let why = format!("`{study}`, {}: no run is good{advised}", scene.id);
@@ -168,6 +168,17 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
     Ok(format!("{}: {told}", frames.within()))
 }
 
+/// What light damping is.
+///
+/// # Errors
+/// When the record cannot be read or has no such scene.
+pub fn light_damping(results: &Path) -> Result<String, String> {
+    let Facts { scenes, .. } = facts(results, "animation")?;
+    let light = scenes.iter().find(|scene| scene.damping() == "light");
+    let light = light.ok_or("animation: no scene has light damping")?.damping_over_stiffness_s;
+    Ok(format!("Light damping: {light:e} s times the stiffness of each spring."))
+}
+
 /// The fewest substeps of a frame with which `xpbd-lines` has a good run on stiff cloth with light
 /// damping, scene by scene.
 ///
@@ -180,15 +191,11 @@ pub fn substeps_of_lines(results: &Path) -> Result<String, String> {
         let stiff = scenes.iter().filter(|scene| scene.stiffness_over_mass_per_s2 >= STIFF);
         for scene in stiff.filter(|scene| scene.damping() == "light") {
             let own = runs.iter().filter(|run| run.scene == scene.id && run.label == LINES);
-            let least =
-                own.clone().filter(|run| run.is_good(scene)).map(Run::parts_of_a_frame).min();
-            let number = least.map_or_else(
-                || {
-                    let most = own.map(Run::parts_of_a_frame).max().unwrap_or(0);
-                    format!("none up to {most}")
-                },
-                |number| number.to_string(),
-            );
+            // A scene may lack its runs.
+            let Some(most) = own.clone().map(Run::parts_of_a_frame).max() else { continue };
+            let least = own.filter(|run| run.is_good(scene)).map(Run::parts_of_a_frame).min();
+            let number =
+                least.map_or_else(|| format!("none up to {most}"), |number| number.to_string());
             let place = scene.id.split(", ").next().unwrap_or_default();
             told.push(format!(
                 "{number} ({place}, {}, {} particles, {} Hz, {:.1} s)",

@@ -1,10 +1,10 @@
 //! The long study. It runs scene by scene, as far as its time allows.
 
 use super::scenes::{self, Setting};
-use crate::HarnessError;
 use crate::studies::animation::facts::{Facts, Missing, Run, TimingRow};
 use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Measured, in_time};
+use crate::{HarnessError, Journal};
 use std::collections::BTreeMap;
 
 /// The part of the journal that keeps the scenes with their true motions' numbers.
@@ -31,7 +31,7 @@ pub(in crate::studies::animation) fn run(
             |k: usize| journal.kept::<Vec<Run>>(&id, k).is_none() && journal.takes(&id, k, false);
         let known = journal.kept(SCENES, number);
         let is_due = known.is_none() || (0..films.len()).any(is_due);
-        if is_due && !journal.is_late() && finds_true_motion(&mut setting)? {
+        if is_due && !journal.is_late() && finds_true_motion(&mut setting, journal)? {
             setting.scene = journal.cell(SCENES, number, false, || Ok(setting.scene.clone()))?;
         } else if let Some(scene) = known {
             setting.scene = scene;
@@ -69,9 +69,10 @@ pub(in crate::studies::animation) fn run(
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(scenes::SEED) })
 }
 
-/// Computes the true motion of a scene. Returns `false` if there was not enough time.
-fn finds_true_motion(setting: &mut Setting) -> Result<bool, HarnessError> {
-    match setting.find_true_motion() {
+/// Computes the true motion of a scene. Returns `false` if there was not enough time; then the
+/// journal keeps the films that are whole.
+fn finds_true_motion(setting: &mut Setting, journal: &Journal) -> Result<bool, HarnessError> {
+    match setting.find_true_motion(journal) {
         Err(HarnessError::Late) => Ok(false),
         result => result.map(|()| true),
     }

@@ -5,7 +5,7 @@ use crate::studies::animation::facts::{Facts, Origin, Scene};
 use crate::studies::clocked::REPETITIONS;
 use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Progress};
-use crate::{HarnessError, Journal, Source};
+use crate::{HarnessError, Journal, Source, Unfinished};
 use drape_report::Verdict;
 use std::path::Path;
 use std::time::Instant;
@@ -80,7 +80,7 @@ fn a_led_run_that_gains_energy_beside_the_work_of_its_rings_is_not_sound() {
 #[test]
 fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() {
     let sweeps: Vec<_> = long_cases().iter().map(Case::sweeps_a_frame).collect();
-    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0]);
+    assert_eq!(sweeps, [500.0, 1250.0, 500.0, 500.0, 1250.0, 2500.0, 2500.0, 2500.0]);
     // A frame of a film is longer, and a coarse mesh needs fewer sweeps.
     assert_eq!(Case::led_quick().sweeps_a_frame(), 500.0 * (60.0 / 24.0) * (10.0 / 20.0));
     for case in long_cases() {
@@ -151,11 +151,56 @@ fn the_energy_and_the_films_of_a_true_motion_end_with_the_time() {
     let case = cases().into_iter().find(Case::is_quick).expect("a quick case");
     let mut setting = Setting::staged(&case).expect("a valid scene");
     setting.deadline = Some(Instant::now());
-    assert!(matches!(setting.find_true_motion(), Err(HarnessError::Late)));
+    let none = Journal::none();
+    assert!(matches!(setting.find_true_motion(&none), Err(HarnessError::Late)));
     assert!(matches!(setting.released(), Err(HarnessError::Late)));
     setting.deadline = None;
-    setting.find_true_motion().expect("a true motion");
+    setting.find_true_motion(&none).expect("a true motion");
     assert_eq!(setting.released().expect("energies"), setting.scene.released_j);
+}
+
+/// In the dearest scene no method runs on after a good run; in others it runs on until it is finer.
+#[test]
+fn in_the_dearest_scene_the_first_good_run_of_a_method_is_its_last() {
+    let case = Case::dearest_quick();
+    let mut fuller = case;
+    fuller.is_dearest = false;
+    let number_of_good = |case: &Case, film: &Film| {
+        let setting = Setting::new(case).expect("a valid scene");
+        let runs = setting.runs(film).expect("runs");
+        let good = runs.iter().filter(|run| run.is_good(&setting.scene)).count();
+        assert!(runs.last().is_some_and(|run| run.is_good(&setting.scene)), "{runs:?}");
+        good
+    };
+    for film in [film("symplectic-euler", Substeps::Limit), film("bdf2", Substeps::Ladder)] {
+        assert_eq!(number_of_good(&case, &film), 1, "{film:?}");
+    }
+    assert!(number_of_good(&fuller, &film("bdf2", Substeps::Ladder)) > 1);
+}
+
+/// Films of the largest cloth take half an hour each. A later run takes those that are whole from
+/// the journal.
+#[test]
+fn a_later_run_does_not_shoot_the_films_of_a_true_motion_again() {
+    let case = Case::dearest_quick();
+    let folder = tempfile::tempdir().expect("a folder");
+    let find = |deadline| {
+        let unfinished = Unfinished::enter(folder.path(), false).expect("a folder");
+        let journal = unfinished.journal("animation-long", false).expect("a journal");
+        let mut setting = Setting::staged(&case).expect("a valid scene");
+        setting.deadline = deadline;
+        setting.find_true_motion(&journal).map(|()| setting.scene)
+    };
+    assert!(matches!(find(Some(Instant::now())), Err(HarnessError::Late)));
+    let first = find(None).expect("a true motion");
+    assert_eq!(find(Some(Instant::now())).expect("the kept films"), first);
+    // The looks of the true motion show nearly all of the energy that is set free.
+    let mut fuller = case;
+    fuller.is_dearest = false;
+    let setting = Setting::new(&fuller).expect("a true motion");
+    let share = first.released_j / setting.scene.released_j;
+    assert!((0.9..=1.0).contains(&share), "{share}");
+    assert_eq!(2 * first.reference_substeps, setting.scene.reference_substeps);
 }
 
 /// Without time the study names all forms of all scenes and runs nothing: the energies of the
