@@ -2,85 +2,110 @@
 
 use drape_model::Vec3;
 
-/// Triangles in space, sorted so that a search finds those near a point.
+/// Triangles in space, and a tree of boxes in which a search finds those near a point.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
     x: &'a [Vec3],
     triangles: &'a [[u32; 3]],
-    /// Coordinate along which the triangles are sorted.
-    axis: usize,
-    /// The triangles; their middles along the axis rise.
-    sorted: Vec<Ball>,
-    /// Greatest distance along the axis from a triangle's middle to its corners, m.
-    reach: f64,
+    /// The root, and after each node with children the first of them.
+    nodes: Vec<Node>,
+    /// The triangles in the order of the leaves.
+    order: Vec<u32>,
 }
 
-/// A triangle and a ball that holds it.
+/// A box that holds some triangles.
 #[derive(Debug)]
-struct Ball {
-    /// Middle of the triangle along the axis, m.
-    along: f64,
-    centre: Vec3,
-    /// A little more than the distance of the corners from the centre, m.
-    radius: f64,
-    number: u32,
+struct Node {
+    low: Vec3,
+    high: Vec3,
+    /// The first triangle of a leaf in the order, or the number of the second child.
+    next: u32,
+    /// Number of triangles of a leaf; 0 for others.
+    count: u32,
 }
 
-/// Share by which a ball is larger than it has to be, so that rounding leaves out no triangle.
+/// Most triangles of a leaf.
+const LEAF: usize = 4;
+/// Share by which a box may be farther than the best distance, so that rounding leaves out no
+/// triangle.
 const SLACK: f64 = 1e-6;
+
+impl Node {
+    /// Square of the distance of a point from the box, m².
+    fn distance_squared(&self, point: &Vec3) -> f64 {
+        (self.low - point).sup(&(point - self.high)).sup(&Vec3::zeros()).norm_squared()
+    }
+}
 
 impl<'a> Surface<'a> {
     pub(super) fn new(x: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Self {
-        let extent = |axis: usize| {
-            let of = x.iter().map(|x| x[axis]);
-            of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min)
-        };
-        let axis =
-            (1..3).fold(0, |best, axis| if extent(axis) > extent(best) { axis } else { best });
-        let along = |corner: u32| x[corner as usize][axis];
-        let middle = |t: &[u32; 3]| t.iter().map(|&corner| along(corner)).sum::<f64>() / 3.0;
-        let ball = |(n, t): (usize, &[u32; 3])| {
-            let corners = t.map(|corner| x[corner as usize]);
-            let centre = corners.iter().sum::<Vec3>() / 3.0;
-            let radius = corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
-            Ball { along: middle(t), centre, radius: radius * (1.0 + SLACK), number: n as u32 }
-        };
-        let mut sorted: Vec<_> = triangles.iter().enumerate().map(ball).collect();
-        sorted.sort_unstable_by(|a, b| a.along.total_cmp(&b.along).then(a.number.cmp(&b.number)));
-        let off = |t: &[u32; 3]| {
-            t.iter().map(|&corner| (along(corner) - middle(t)).abs()).fold(0.0, f64::max)
-        };
-        let reach = triangles.iter().map(off).fold(0.0, f64::max);
-        Self { x, triangles, axis, sorted, reach }
+        let order = (0..triangles.len() as u32).collect();
+        let mut surface = Self { x, triangles, nodes: Vec::new(), order };
+        if !triangles.is_empty() {
+            surface.grow(0, triangles.len());
+        }
+        surface
+    }
+
+    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|corner| self.x[corner as usize])
+    }
+
+    /// Adds the node of the triangles from `first` to before `end` in the order, and all below it.
+    fn grow(&mut self, first: usize, end: usize) {
+        let corners = || self.order[first..end].iter().flat_map(|&t| self.corners(t));
+        let low = corners().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(&x));
+        let high = corners().fold(Vec3::repeat(f64::NEG_INFINITY), |high, x| high.sup(&x));
+        let count = end - first;
+        if count <= LEAF {
+            self.nodes.push(Node { low, high, next: first as u32, count: count as u32 });
+            return;
+        }
+        let axis = (high - low).imax();
+        let mut order = std::mem::take(&mut self.order);
+        let key = |t: u32| self.corners(t).iter().map(|corner| corner[axis]).sum::<f64>();
+        let before = |a: &u32, b: &u32| key(*a).total_cmp(&key(*b)).then(a.cmp(b));
+        order[first..end].select_nth_unstable_by(count / 2, before);
+        self.order = order;
+        let this = self.nodes.len();
+        let middle = first + count / 2;
+        self.nodes.push(Node { low, high, next: 0, count: 0 });
+        self.grow(first, middle);
+        self.nodes[this].next = self.nodes.len() as u32;
+        self.grow(middle, end);
     }
 
     /// Distance of a point from the surface, m. `near` is the number of a particle that may be
     /// close.
     fn distance(&self, point: &Vec3, near: usize) -> f64 {
         let mut best = (point - self.x[near]).norm_squared();
-        let mut least = best.sqrt() * (1.0 + SLACK);
-        let place = point[self.axis];
-        let start = self.sorted.partition_point(|ball| ball.along < place);
-        let mut look = |ball: &Ball| {
-            let gap = (ball.along - place).abs() - self.reach;
-            if gap > 0.0 && gap * gap > best {
-                return false;
-            }
-            let far = ball.radius + least;
-            if (point - ball.centre).norm_squared() > far * far {
-                return true;
-            }
-            let corners = self.triangles[ball.number as usize];
-            let [a, b, c] = corners.map(|corner| self.x[corner as usize]);
-            let square = (point - nearest(point, a, b, c)).norm_squared();
-            if square < best {
-                (best, least) = (square, square.sqrt() * (1.0 + SLACK));
-            }
-            true
-        };
-        let _above = self.sorted[start..].iter().all(&mut look);
-        let _below = self.sorted[..start].iter().rev().all(&mut look);
+        if let Some(root) = self.nodes.first() {
+            self.search(point, (0, root.distance_squared(point)), &mut best);
+        }
         best.sqrt()
+    }
+
+    /// Lowers `best`, the square of a distance, m², as far as the triangles of a node allow. The
+    /// node is given by its number and the square of its distance.
+    fn search(&self, point: &Vec3, (number, far): (u32, f64), best: &mut f64) {
+        if far > *best * (1.0 + SLACK) {
+            return;
+        }
+        let node = &self.nodes[number as usize];
+        if node.count > 0 {
+            let first = node.next as usize;
+            for &triangle in &self.order[first..first + node.count as usize] {
+                let [a, b, c] = self.corners(triangle);
+                *best = best.min((point - nearest(point, a, b, c)).norm_squared());
+            }
+            return;
+        }
+        let child = |number: u32| (number, self.nodes[number as usize].distance_squared(point));
+        let mut children = [child(number + 1), child(node.next)];
+        if children[1].1 < children[0].1 {
+            children.reverse();
+        }
+        children.into_iter().for_each(|child| self.search(point, child, best));
     }
 
     /// Mean distance of the points `x` from this surface, m.
@@ -143,20 +168,28 @@ mod tests {
         (x, cells.flat_map(|k| [[k, k + 1, k + n], [k + 1, k + n + 1, k + n]]).collect())
     }
 
+    /// Near and far from the surface, to the last bit.
     #[test]
-    fn the_sorted_search_finds_what_a_search_of_all_finds() {
+    fn the_search_finds_what_a_search_of_all_finds() {
         let mut random = Random::new(5);
-        let (x, triangles) = patch(7, &mut random);
+        let (x, triangles) = patch(17, &mut random);
         let surface = Surface::new(&x, &triangles);
-        for k in 0..200 {
-            let point = Vec3::new(3.0, 3.0, 0.0) + random.vector() * 4.0;
+        for k in 0..600 {
+            let near = k % x.len();
+            let point = match k % 3 {
+                0 => Vec3::new(8.0, 8.0, 0.0) + random.vector() * 12.0,
+                1 => x[near] + random.vector() * 0.5,
+                _ => x[near] + Vec3::z() * 1e-9,
+            };
             let all = triangles.iter().map(|t| {
                 let [a, b, c] = t.map(|corner| x[corner as usize]);
-                (point - nearest(&point, a, b, c)).norm()
+                (point - nearest(&point, a, b, c)).norm_squared()
             });
-            let least = all.fold(f64::INFINITY, f64::min);
-            assert!((surface.distance(&point, k % x.len()) - least).abs() < 1e-14);
+            let start = (point - x[near]).norm_squared();
+            assert_eq!(surface.distance(&point, near), all.fold(start, f64::min).sqrt());
         }
+        let lonely = Surface::new(&x[..1], &[]);
+        assert_eq!(lonely.distance(&(x[0] + Vec3::x()), 0), 1.0);
     }
 
     /// The nearest point is the best of many points of the triangle.
