@@ -280,6 +280,7 @@ fn figures_name_axes_units_and_every_curve() {
     expect("animation-long-map.svg", &["hanging", "1 mm", partly]);
     expect("animation-frames.svg", &["10²"]);
     expect("animation-long-frames.svg", &["cotton-blend, light damping", "400 particles, 1 s"]);
+    expect("animation-long-frames.svg", &["✗ leapfrog", partly]);
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
     expect(
         "rest-cheapest.svg",

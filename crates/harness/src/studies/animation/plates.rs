@@ -300,12 +300,17 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
     let sheet = if far.is_some() { panels_apart(drafts, x, y) } else { panels_of(drafts, x, y) };
     let mut sheet = sheet?;
     let faults: Vec<_> = scenes.iter().map(|scene| without_curve(input, scene)).collect();
-    let is_everywhere = |fault: &(String, &str)| faults.iter().all(|own| own.contains(fault));
+    // Where not all methods were run, a fault may be missing.
+    let partly: Vec<_> = scenes.iter().filter_map(|scene| partly_run(input, scene)).collect();
+    let whole = scenes.iter().zip(&faults).filter(|(scene, _)| partly_run(input, scene).is_none());
+    let whole: Vec<_> = whole.map(|(_, own)| own).collect();
+    let is_everywhere =
+        |fault: &(String, &str)| !whole.is_empty() && whole.iter().all(|own| own.contains(fault));
     for (panel, own) in sheet.panels.iter_mut().zip(&faults) {
         let own: Vec<_> = own.iter().filter(|fault| !is_everywhere(fault)).cloned().collect();
         panel.above = by_sign(&own).iter().flat_map(|line| wrap(line, LETTERS)).collect();
     }
-    let common = faults.first().into_iter().flatten().filter(|fault| is_everywhere(fault));
+    let common = whole.first().copied().into_iter().flatten().filter(|fault| is_everywhere(fault));
     let common = by_sign(&common.cloned().collect::<Vec<_>>());
     if faults.iter().any(|own| !own.is_empty()) {
         let signs = "L stand still, ✗ gain energy, > exceed the budget of work, – are refused.";
@@ -314,8 +319,10 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
         ));
     }
     if !common.is_empty() {
-        sheet.notes.push(format!("In every panel: {}.", common.join("; ")));
+        let run = if partly.is_empty() { "" } else { " in which they were run" };
+        sheet.notes.push(format!("In every panel{run}: {}.", common.join("; ")));
     }
+    sheet.notes.extend(partly);
     sheet.notes.extend(dampings(&scenes));
     sheet.notes.extend(input.machine());
     Some(sheet)
@@ -496,13 +503,13 @@ fn least(input: &Input, scene: &Scene) -> Option<f64> {
 }
 
 /// The text of a form whose good runs were not timed.
-const UNTIMED: &str = "good";
+const UNTIMED: &str = "✓";
 
 /// The cell of a form without a good run on a scene that was timed.
 fn without(input: &Input, scene: &Scene, label: &str) -> Tile {
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id && run.label == label);
     if own.clone().any(|run| run.is_good(scene)) {
-        return Tile { shade: Shade::Open, text: UNTIMED.to_owned(), is_marked: false };
+        return told(Shade::Open, UNTIMED);
     }
     fault(&own.map(|run| run.verdict).collect::<Vec<_>>())
 }
@@ -526,14 +533,14 @@ fn cheapest(input: &Input) -> Option<Matrix> {
             tiles: scenes.iter().map(|scene| vec![tile(scene, label)]).collect(),
         })
         .collect();
-    let mut signs = vec![("≠", "stable, but not good enough")];
+    let mut legend = legend("ms", &[("≠", "stable, but not good enough")]);
     if !input.facts.missing.is_empty() {
-        signs.push((UNTIMED, "good enough, but not timed"));
+        legend.insert(2, (told(Shade::Open, UNTIMED), "good enough, but not timed".to_owned()));
     }
     Some(Matrix {
         columns: scenes.iter().map(|scene| scene.id.clone()).collect(),
         rows,
-        legend: legend("ms", &signs),
+        legend,
         notes: shown(input)
             .filter_map(|scene| partly_run(input, scene))
             .chain(input.machine())

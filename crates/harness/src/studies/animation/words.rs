@@ -39,12 +39,11 @@ pub(super) fn long(facts: &Facts) -> Words {
     let mut ran = facts.clone();
     ran.scenes.retain(|scene| runs(facts, scene).next().is_some());
     let Words { conclusion, observations, mut caveats } = words(&ran);
-    let lacking = facts.missing.iter().map(|missing| {
-        let (number, what) = match (missing.not_run.len(), missing.not_timed.len()) {
-            (0, not_timed) => (not_timed, "timings"),
-            (not_run, _) => (not_run, "runs"),
-        };
-        format!("{what} of {} on \u{201c}{}\u{201d}", count(number, "method"), missing.scene)
+    let lacking = facts.missing.iter().flat_map(|missing| {
+        let kinds = [("runs", missing.not_run.len()), ("timings", missing.not_timed.len())];
+        kinds.into_iter().filter(|(_, number)| *number > 0).map(|(what, number)| {
+            format!("{what} of {} on \u{201c}{}\u{201d}", count(number, "method"), missing.scene)
+        })
     });
     let lacking = lacking.collect::<Vec<_>>().join(", ");
     if !lacking.is_empty() {
@@ -669,7 +668,7 @@ mod tests {
             not_timed: not_timed.iter().map(|&label| label.to_owned()).collect(),
         };
         let runs = vec![run("good", 1, Verdict::Stable, 0.002)];
-        let missing = vec![missing(&["a", "b"], &[]), missing(&[], &["c"])];
+        let missing = vec![missing(&["a", "b"], &["c"]), missing(&[], &["d", "e", "f"])];
         let empty = Scene { id: "t".to_owned(), ..scene() };
         let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
         // A scene without runs does not count as a failure of the method.
@@ -684,9 +683,12 @@ mod tests {
         assert!(partly.conclusion.contains(told), "{partly:?}");
         let caveats = said.caveats.join(" ");
         assert!(!caveats.contains("chance") && !caveats.contains("0.3 s"), "{caveats}");
-        for sentence in
-            ["Still missing: runs of 2 methods on", ", timings of 1 method on", "--long"]
-        {
+        for sentence in [
+            "Still missing: runs of 2 methods on",
+            ", timings of 1 method on",
+            ", timings of 3 methods",
+            "--long",
+        ] {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }
     }
