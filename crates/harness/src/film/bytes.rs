@@ -1,5 +1,5 @@
-//! Positions as text: base64 of the bytes of their coordinates, in little-endian order. It is a third
-//! as long as decimals with every bit, and is read ten times as fast.
+//! Positions as text: base64 of the bytes of their coordinates, in little-endian order. Decimals with
+//! every bit would be longer.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

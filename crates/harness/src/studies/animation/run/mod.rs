@@ -79,13 +79,13 @@ pub(super) fn long_method() -> String {
     let more = format!(
         "The scenes of this study last 5 s, or have 2500 to 40 000 particles, or both. They run \
          only the first form of each method, which was chosen after the small scenes of \
-         `animation` had been run. On the first two scenes an explicit method runs on until one of its runs is \
-         also good, as the figures count it. One more cloth is held in its middle while the rest \
-         falls over the ball, and so stays on it. Methods that stiffness does not limit run with \
-         {LADDER:?} substeps of a frame, and with {LARGE_LADDER:?} on 2500 particles and more. \
-         Beyond {} particles along an edge the sweeps of a frame grow no further, and an explicit \
-         method is not tried with more calls after a sound run that is off by at most {} mm or \
-         the noise. The true motion of the largest cloth over 5 s has steps of half the limit, and \
+         `animation` had been run. On the first two scenes an explicit method runs on until one of \
+         its runs is also good, as the figures count it. One more cloth is held in its middle while \
+         the rest falls over the ball, and so stays on it. Methods that stiffness does not limit \
+         run with {LADDER:?} substeps of a frame, and with {LARGE_LADDER:?} on 2500 particles and \
+         more. Beyond {} particles along an edge the sweeps of a frame grow no further, and an \
+         explicit method is not tried with more calls after a sound run that is off by at most {} \
+         mm or the noise. The true motion of the largest cloth over 5 s has steps of half the limit, and \
          the energy that is set free is that at its looks, every 0.1 s; there the first good run \
          of a form is its last. A record may lack forms or scenes: it names them, and the next run \
          adds them. The quick subset has none of these scenes.",
