@@ -77,6 +77,7 @@ mod state;
 mod strict;
 mod system;
 mod topology;
+pub mod triangles;
 
 pub use cloth::{Cloth, Grid, Particles};
 pub use drape_kernels::{Mat3, Vec3};

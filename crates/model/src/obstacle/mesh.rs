@@ -5,9 +5,9 @@
 //! The normal of one face alone is wrong if the nearest point lies on an edge.
 
 use super::shells;
-use super::tree::Tree;
 use crate::Vec3;
 use crate::error::Violation;
+use crate::triangles::{Feature, Tree, nearest_point};
 use std::collections::BTreeMap;
 
 /// Most triangles.
@@ -33,15 +33,6 @@ pub struct ClosedMesh {
     tree: Tree,
     /// [`ON_THE_SURFACE`] times the size of the mesh, m.
     near: f64,
-}
-
-/// The part of a triangle on which a point lies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Feature {
-    Face,
-    /// The edge from this corner to the next.
-    Edge(usize),
-    Corner(usize),
 }
 
 impl ClosedMesh {
@@ -127,9 +118,7 @@ impl ClosedMesh {
 
     /// Signed distance, m, and unit normal at `x`.
     pub(super) fn distance(&self, x: &Vec3) -> (f64, Vec3) {
-        let (t, point, feature) = self.tree.nearest(x, |t| {
-            nearest_on_triangle(x, self.triangles[t].map(|i| self.vertices[i as usize]))
-        });
+        let (t, point, feature) = self.nearest(x);
         let (face, away) = (self.faces[t], x - point);
         let normal = match feature {
             Feature::Face => return (face.dot(&away), face),
@@ -142,6 +131,21 @@ impl ClosedMesh {
             return (side * length, normal.try_normalize(0.0).unwrap_or(face));
         }
         (side * length, away * (side / length))
+    }
+
+    /// The triangle nearest to `x`, its nearest point, and the part on which that point lies.
+    fn nearest(&self, x: &Vec3) -> (usize, Vec3, Feature) {
+        let (mut best, mut least) = ((0, Vec3::zeros(), Feature::Face), f64::INFINITY);
+        self.tree.search(x, least, |t| {
+            let corners = self.triangles[t].map(|i| self.vertices[i as usize]);
+            let (point, feature) = nearest_point(x, corners);
+            let distance = (x - point).norm_squared();
+            if distance < least {
+                (least, best) = (distance, (t, point, feature));
+            }
+            least
+        });
+        best
     }
 
     /// Whether `x` may lie within `reach` of the solid, m.
@@ -198,39 +202,4 @@ fn pinched(vertices: usize, triangles: &[[u32; 3]], across: &[[u32; 3]]) -> Opti
         }
         (seen != count).then_some((vertex, start))
     })
-}
-
-/// The point of a triangle nearest to `x`, and the part on which it lies (Ericson 2005,
-/// section 5.1.5).
-pub(super) fn nearest_on_triangle(x: &Vec3, [a, b, c]: [Vec3; 3]) -> (Vec3, Feature) {
-    let (ab, ac, ax) = (b - a, c - a, x - a);
-    let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return (a, Feature::Corner(0));
-    }
-    let bx = x - b;
-    let (d3, d4) = (ab.dot(&bx), ac.dot(&bx));
-    if d3 >= 0.0 && d4 <= d3 {
-        return (b, Feature::Corner(1));
-    }
-    let cx = x - c;
-    let (d5, d6) = (ab.dot(&cx), ac.dot(&cx));
-    if d6 >= 0.0 && d5 <= d6 {
-        return (c, Feature::Corner(2));
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (a + ab * (d1 / (d1 - d3)), Feature::Edge(0));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let share = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return (b + (c - b) * share, Feature::Edge(1));
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (a + ac * (d2 / (d2 - d6)), Feature::Edge(2));
-    }
-    let sum = va + vb + vc;
-    (a + ab * (vb / sum) + ac * (vc / sum), Feature::Face)
 }

@@ -5,7 +5,6 @@ mod mesh;
 mod mesh_tests;
 mod shells;
 mod spec;
-mod tree;
 
 pub use mesh::ClosedMesh;
 use mesh::MAX_TRIANGLES;

@@ -4,8 +4,9 @@
 //! solids and walls of cavities alternate on the way in from infinity. A part turned outward must
 //! lie outside all solids, and a part turned inward must lie inside one.
 
-use super::mesh::{ON_THE_SURFACE, nearest_on_triangle};
+use super::mesh::ON_THE_SURFACE;
 use crate::Vec3;
+use crate::triangles::nearest_point;
 use std::f64::consts::TAU;
 
 /// Most parts: all are compared with all.
@@ -119,7 +120,7 @@ impl Shell {
             return Some(0.0);
         }
         let half_angle = |&t: &u32| {
-            if (nearest_on_triangle(x, corners(t)).0 - x).norm() <= near {
+            if (nearest_point(x, corners(t)).0 - x).norm() <= near {
                 return None;
             }
             let [a, b, c] = corners(t).map(|corner| corner - x);

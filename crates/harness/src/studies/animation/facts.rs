@@ -36,6 +36,14 @@ pub struct Facts {
     pub missing: Vec<Missing>,
 }
 
+impl Facts {
+    /// Number of forms for which a long study had no time on a scene.
+    pub fn not_run(&self, scene: &Scene) -> usize {
+        let own = self.missing.iter().filter(|missing| missing.scene == scene.id);
+        own.map(|missing| missing.not_run.len()).sum()
+    }
+}
+
 /// Forms that lack of time left without a run, or without a timing, on a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

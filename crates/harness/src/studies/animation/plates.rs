@@ -1,6 +1,6 @@
 //! Figures and tables of the experiment `animation`.
 
-use super::facts::{self, Facts, GOOD, HEAVY, Measure, Missing, Run, Scene, TIE, TimingRow};
+use super::facts::{self, Facts, GOOD, HEAVY, Measure, Run, Scene, TIE, TimingRow};
 use crate::families::{families, labels, looks};
 use crate::studies::tiles::{self, fault, legend, legend_of_winners, signs_of_winners, told};
 use drape_report::Verdict;
@@ -301,9 +301,9 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
     let mut sheet = sheet?;
     let faults: Vec<_> = scenes.iter().map(|scene| without_curve(input, scene)).collect();
     // Where not all methods were run, a fault may be missing.
-    let partly: Vec<_> = scenes.iter().filter_map(|scene| partly_run(input, scene)).collect();
-    let whole = scenes.iter().zip(&faults).filter(|(scene, _)| partly_run(input, scene).is_none());
-    let whole: Vec<_> = whole.map(|(_, own)| own).collect();
+    let partly: Vec<_> = scenes.iter().map(|scene| partly_run(input, scene)).collect();
+    let whole = faults.iter().zip(&partly).filter(|(_, partly)| partly.is_none());
+    let whole: Vec<_> = whole.map(|(own, _)| own).collect();
     let is_everywhere =
         |fault: &(String, &str)| !whole.is_empty() && whole.iter().all(|own| own.contains(fault));
     for (panel, own) in sheet.panels.iter_mut().zip(&faults) {
@@ -319,10 +319,11 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
         ));
     }
     if !common.is_empty() {
-        let run = if partly.is_empty() { "" } else { " in which they were run" };
+        let is_whole = partly.iter().all(Option::is_none);
+        let run = if is_whole { "" } else { " in which they were run" };
         sheet.notes.push(format!("In every panel{run}: {}.", common.join("; ")));
     }
-    sheet.notes.extend(partly);
+    sheet.notes.extend(partly.into_iter().flatten());
     sheet.notes.extend(dampings(&scenes));
     sheet.notes.extend(input.machine());
     Some(sheet)
@@ -550,11 +551,11 @@ fn cheapest(input: &Input) -> Option<Matrix> {
 
 /// Says on how many methods a scene shows anything, if not on all.
 fn partly_run(input: &Input, scene: &Scene) -> Option<String> {
-    let lacks = |missing: &&Missing| missing.scene == scene.id && !missing.not_run.is_empty();
-    let not_run = input.facts.missing.iter().find(lacks)?.not_run.len();
+    let not_run = input.facts.not_run(scene);
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id);
     let run = own.map(|run| run.label.as_str()).collect::<BTreeSet<_>>().len();
-    Some(format!("{}: {run} of {} methods were run.", scene.id, run + not_run))
+    let told = || format!("{}: {run} of {} methods were run.", scene.id, run + not_run);
+    (not_run > 0).then(told)
 }
 
 /// All tables of the page.

@@ -164,11 +164,10 @@ pub fn on_large_cloth(results: &Path) -> Result<String, String> {
 /// # Errors
 /// As [`on_large_cloth`].
 pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
-    let Facts { missing, .. } = facts(results, "animation-long")?;
+    let record: Facts = facts(results, "animation-long")?;
     let told = ["2500", "40000"].map(|particles| {
         let (frames, told) = fastest(results, &format!("{HANGING}{particles}, 5 s"))?;
-        let own = missing.iter().filter(|missing| missing.scene == frames.scene.id);
-        let not_run = match own.map(|missing| missing.not_run.len()).sum::<usize>() {
+        let not_run = match record.not_run(&frames.scene) {
             0 => String::new(),
             number => format!(" ({number} methods were not run)"),
         };

@@ -85,10 +85,10 @@ pub(super) fn long_method() -> String {
          run with {LADDER:?} substeps of a frame, and with {LARGE_LADDER:?} on 2500 particles and \
          more. Beyond {} particles along an edge the sweeps of a frame grow no further, and an \
          explicit method is not tried with more calls after a sound run that is off by at most {} \
-         mm or the noise. The true motion of the largest cloth over 5 s has steps of half the limit, and \
-         the energy that is set free is that at its looks, every 0.1 s; there the first good run \
-         of a form is its last. A record may lack forms or scenes: it names them, and the next run \
-         adds them. The quick subset has none of these scenes.",
+         mm or the noise. The true motion of the largest cloth over 5 s has steps of half the \
+         limit, and the energy that is set free is that at its looks, every 0.1 s; there the first \
+         good run of a form is its last. A record may lack forms or scenes: it names them, and the \
+         next run adds them. The quick subset has none of these scenes.",
         scenes::FINEST,
         1e3 * FINE
     );

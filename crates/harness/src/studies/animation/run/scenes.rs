@@ -35,9 +35,9 @@ const NOISE: f64 = 1e-6;
 const LOOK_S: f64 = 0.1;
 /// Time at which trajectories are compared, s; if no look falls on it, at the last look before.
 const EARLY_S: f64 = 0.3;
-/// Step of the true motion, as a share of the stability limit: in most scenes, and in the dearest.
+/// Step of the true motion, as a share of the stability limit, and of one with coarse steps.
 const SAFETY: f64 = 0.25;
-const DEAREST_SAFETY: f64 = 0.5;
+const COARSE_SAFETY: f64 = 0.5;
 /// The method of the true motion.
 const REFERENCE: &str = "leapfrog:damping=explicit";
 /// Largest work of a run, in sweeps of forces per frame at the usual rate on the usual mesh.
@@ -75,6 +75,15 @@ pub(super) enum Place {
     Flag,
 }
 
+/// The error from which on more calls of a form are not tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Enough {
+    /// The smallest that a figure asks for, or the noise.
+    Fine,
+    /// That of a good run.
+    Good,
+}
+
 /// A scene before it is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
@@ -95,12 +104,13 @@ pub(super) struct Case {
     pub(super) ladder: &'static [u32],
     /// Whether an explicit method runs on until one of its runs is good.
     until_good: bool,
-    /// Whether a sound run of an explicit method is its last if it is exact enough for every figure.
-    pub(super) ends_when_fine: bool,
+    /// Whether a sound run of an explicit method is its last if it is exact enough.
+    pub(super) ends_when_enough: bool,
+    /// How exact is enough.
+    pub(super) enough: Enough,
     /// Whether the true motion has steps twice as long, and shows the energy that the scene sets
-    /// free at its looks alone; and whether the first good run of a method is its last. The true
-    /// motion takes a fourth of the time.
-    pub(super) is_dearest: bool,
+    /// free at its looks alone. It takes a fourth of the time.
+    pub(super) is_truth_coarse: bool,
 }
 
 /// Particles along each edge of the quick scene and of the others.
@@ -118,8 +128,9 @@ const BASE: Case = Case {
     has_all_forms: true,
     ladder: &LADDER,
     until_good: true,
-    ends_when_fine: false,
-    is_dearest: false,
+    ends_when_enough: false,
+    enough: Enough::Fine,
+    is_truth_coarse: false,
 };
 
 /// The scenes of up to 400 particles: firm to soft fabrics with light and heavy damping and one cloth in
@@ -156,12 +167,17 @@ pub(super) fn long() -> Vec<Case> {
         Case { place: Place::Flag, ..dear },
         large,
         Case { side: 100, frames: 60, ..large },
-        Case { side: 200, frames: 24, ends_when_fine: true, ..large },
-        Case { side: 200, ends_when_fine: true, is_dearest: true, ..large },
+        Case { side: 200, frames: 24, ends_when_enough: true, ..large },
+        Case { side: 200, ..large }.dearest(),
     ]
 }
 
 impl Case {
+    /// With less precision, for a scene whose true motion and runs take hours otherwise.
+    fn dearest(self) -> Self {
+        Self { ends_when_enough: true, enough: Enough::Good, is_truth_coarse: true, ..self }
+    }
+
     /// A small curtain.
     #[cfg(test)]
     pub(super) fn led_quick() -> Self {
@@ -171,8 +187,7 @@ impl Case {
     /// A small sheet whose true motion is cheap.
     #[cfg(test)]
     pub(super) fn dearest_quick() -> Self {
-        let case = Self { side: QUICK, frames: 30, perturbed: 1, ..BASE };
-        Self { ends_when_fine: true, is_dearest: true, ..case }
+        Self { side: QUICK, frames: 30, perturbed: 1, ..BASE }.dearest()
     }
 
     /// Whether the quick subset has this case.
@@ -344,7 +359,7 @@ impl Setting {
         let (bound, damping) = gershgorin(&simulation.system);
         let frame = 1.0 / f64::from(case.rate);
         let explicit = 4.0 / (damping + (damping * damping + 4.0 * bound).sqrt());
-        let safety = if case.is_dearest { DEAREST_SAFETY } else { SAFETY };
+        let safety = if case.is_truth_coarse { COARSE_SAFETY } else { SAFETY };
         let reference = 2.0 * (frame / (2.0 * safety * explicit)).ceil();
         let mass: f64 = simulation.system.mass().iter().sum();
         let fabric = Material::load(case.fabric)?;
@@ -394,7 +409,7 @@ impl Setting {
             }
             starts.push(start);
         }
-        let at_looks = is_driven(&self.simulation.system) || self.case.is_dearest;
+        let at_looks = is_driven(&self.simulation.system) || self.case.is_truth_coarse;
         let part = format!("{}, films", self.scene.id);
         let shot = |number: usize, start: &Simulation, substeps| {
             journal.cell(&part, number, false, || self.film_of_truth(start, &choice, substeps))
@@ -516,7 +531,7 @@ impl Setting {
             let is_over = |run: &Run| {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
-                let is_enough = run.is_sound() && run.is_lively() && self.is_fine(run);
+                let is_enough = run.is_sound() && run.is_lively() && self.is_exact_enough(run);
                 is_enough || is_spent || run.counts.force_evaluations >= dear
             };
             if runs.last().is_some_and(is_over) {
@@ -527,18 +542,19 @@ impl Setting {
         Ok(runs)
     }
 
-    /// Whether a run is off by no more than the noise or the smallest error of the figures. In the
-    /// dearest scene a good error is enough.
-    fn is_fine(&self, run: &Run) -> bool {
-        if self.case.is_dearest {
-            return run.is_near(&self.scene, 1.0);
+    /// Whether a run is so exact that more calls are not tried.
+    fn is_exact_enough(&self, run: &Run) -> bool {
+        match self.case.enough {
+            Enough::Good => run.is_near(&self.scene, 1.0),
+            Enough::Fine => {
+                let fine = FINE.max(self.scene.floor_m());
+                self.scene.error(run).is_some_and(|error| error <= fine)
+            }
         }
-        let fine = FINE.max(self.scene.floor_m());
-        self.scene.error(run).is_some_and(|error| error <= fine)
     }
 
     /// Runs with rising numbers of calls until two runs are sound and, if the scene asks for it, one
-    /// of them is good; or until one is exact enough for every figure, if that is to end them.
+    /// of them is good; or until one is exact enough, if that is to end them.
     fn to_the_limit(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
         let mut runs = Vec::new();
         // Within Gershgorin's bound stiffness makes no run unstable.
@@ -547,7 +563,8 @@ impl Setting {
             let run = self.run(film, substeps, None)?;
             // A refused run stays refused, and more calls only exceed the budget further.
             let is_over = matches!(run.verdict, Verdict::Refused | Verdict::OverBudget);
-            let is_enough = self.case.ends_when_fine && run.is_sound() && self.is_fine(&run);
+            let is_enough =
+                self.case.ends_when_enough && run.is_sound() && self.is_exact_enough(&run);
             if !run.is_sound() && !is_over && !runs.iter().any(Run::is_sound) {
                 runs.clear(); // of the failures before the first sound run the last counts
             }

@@ -1,4 +1,4 @@
-use super::scenes::{Case, Setting, cases, long as long_cases};
+use super::scenes::{Case, Enough, Setting, cases, long as long_cases};
 use super::{EXPLICIT, LADDER, LARGE_LADDER, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::animation::facts::{Facts, Origin, Scene};
@@ -44,7 +44,7 @@ fn a_method_that_follows_is_told_from_one_that_locks_and_one_that_explodes() {
     assert!(holds.is_good(scene) && after.shape_error_m < holds.shape_error_m, "{euler:?}");
     assert!(holds.substeps <= 2 * scene.limit_substeps, "{euler:?}");
     let mut brief = case;
-    brief.ends_when_fine = true;
+    brief.ends_when_enough = true;
     let brief = Setting::new(&brief).expect("a valid scene");
     let once = brief.runs(&film("symplectic-euler", Substeps::Limit)).expect("runs");
     assert_eq!(once.last().map(|run| run.substeps), Some(holds.substeps), "{once:?}");
@@ -87,7 +87,7 @@ fn the_budget_of_a_frame_grows_up_to_a_mesh_and_has_room_for_explicit_methods() 
         let setting = Setting::staged(&case).expect("a valid scene");
         let limit = f64::from(setting.scene.limit_substeps);
         assert!(2.0 * limit <= case.sweeps_a_frame(), "{}: {limit}", case.id());
-        assert_eq!(case.ends_when_fine, setting.scene.particles > 10_000, "{}", case.id());
+        assert_eq!(case.ends_when_enough, setting.scene.particles > 10_000, "{}", case.id());
     }
 }
 
@@ -164,7 +164,7 @@ fn the_energy_and_the_films_of_a_true_motion_end_with_the_time() {
 fn in_the_dearest_scene_the_first_good_run_of_a_method_is_its_last() {
     let case = Case::dearest_quick();
     let mut fuller = case;
-    fuller.is_dearest = false;
+    fuller.enough = Enough::Fine;
     let number_of_good = |case: &Case, film: &Film| {
         let setting = Setting::new(case).expect("a valid scene");
         let runs = setting.runs(film).expect("runs");
@@ -196,7 +196,7 @@ fn a_later_run_does_not_shoot_the_films_of_a_true_motion_again() {
     assert_eq!(find(Some(Instant::now())).expect("the kept films"), first);
     // The looks of the true motion show nearly all of the energy that is set free.
     let mut fuller = case;
-    fuller.is_dearest = false;
+    fuller.is_truth_coarse = false;
     let setting = Setting::new(&fuller).expect("a true motion");
     let share = first.released_j / setting.scene.released_j;
     assert!((0.9..=1.0).contains(&share), "{share}");
