@@ -177,6 +177,15 @@ impl Rise {
     }
 }
 
+/// The rise of the energy, J, that is no gain, for a greatest kinetic energy, J.
+pub(crate) fn allowed_rise(rule: Rule, kinetic: f64) -> f64 {
+    let share = match rule {
+        Rule::Dissipative => RISE[0],
+        Rule::Symplectic => RISE[1],
+    };
+    share * kinetic
+}
+
 /// The rise of the energy of a run that did not diverge; `None` where it gained none. Where pins,
 /// obstacles or wind do work, `balance` subtracts that work.
 pub fn energy_gain(
@@ -186,10 +195,6 @@ pub fn energy_gain(
     known: Start,
     balance: Option<&WorkBalance>,
 ) -> Option<Rise> {
-    let allowed = match rule {
-        Rule::Dissipative => RISE[0],
-        Rule::Symplectic => RISE[1],
-    };
     let id = choice.method().id;
     let is_blinded = known.mass_ratio > BLINDING && choice.settings().get("norm") == Some("euclid");
     let cause = match known.inside {
@@ -211,7 +216,7 @@ pub fn energy_gain(
             (balance.excess()?, balance.sure_excess()?, " and the work of pins, obstacles and wind")
         }
     };
-    let allowed = allowed * kinetic + known.round_off;
+    let allowed = allowed_rise(rule, kinetic) + known.round_off;
     let is_sure = sure > allowed;
     let why = if is_sure {
         cause

@@ -244,12 +244,8 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         };
         let open = match run.verdict {
             Verdict::Open => {
-                "; wind or pins do work until the end, so the energy was not judged: `drape run` may \
-                 end with `gained energy`"
-            }
-            _ if facts.scene.is_driven => {
-                "; the energy was not judged while pins, obstacles or wind did work: `drape run` may \
-                 end with `gained energy`"
+                "; whether it gains energy beside the work of pins, obstacles and wind is not known: \
+                 shorter steps show that"
             }
             _ => "",
         };

@@ -68,8 +68,8 @@ pub struct Scene {
     pub budget_s: f64,
     /// Steps a frame within the limit of symplectic Euler at the start, by power iteration.
     pub limit_substeps: u32,
-    /// Whether pins, obstacles or wind do work on the cloth. While they do, the energy of a run is not
-    /// judged.
+    /// Whether pins, obstacles or wind do work on the cloth. Then a gain of energy is what exceeds
+    /// their work.
     #[serde(default)]
     pub is_driven: bool,
 }
@@ -232,8 +232,8 @@ impl Truth {
 }
 
 impl Run {
-    /// Whether it can be shown: it neither gains energy nor stands still. Where wind or pins do
-    /// work until the end, the energy says nothing, and the error alone counts.
+    /// Whether it can be shown: it neither gains energy nor stands still. Where it is not known
+    /// whether it gains energy beside the work of pins, obstacles and wind, the error alone counts.
     pub fn is_sound(&self) -> bool {
         matches!(self.verdict, Verdict::Stable | Verdict::Open)
     }

@@ -32,6 +32,7 @@
 //! ```
 
 mod advice;
+mod balance;
 mod deadline;
 pub mod facts;
 mod forms;
@@ -755,12 +756,14 @@ impl Track for Course<'_> {
         let (mut clock, mut reason) = (Vec::with_capacity(frames as usize), None);
         let mut spent = 0.0;
         let mut check = self.stage.motion_check(choice, substeps);
+        let mut watch = self.stage.watch(choice);
         let deadline = self.deadline;
         let ratio = best.as_ref().map_or(f64::INFINITY, |best| limits.most / best.frame_s);
         let mut is_late = false;
         let stop = |moment: &Moment<'_>| {
             spent = pace.seconds(moment);
             check.look(moment);
+            watch.iter_mut().for_each(|watch| watch.look(moment));
             if moment.step.is_multiple_of(u64::from(substeps)) {
                 clock.push(spent);
                 let place = clock.len();
@@ -781,7 +784,7 @@ impl Track for Course<'_> {
             is_late &= reason.is_none();
             reason.is_some() || is_late
         };
-        let film = self.stage.film(choice, substeps, Start::default(), stop);
+        let film = self.stage.film_with_work(choice, substeps, stop);
         self.best = best;
         let (counts, seen) = match film {
             Ok(film) => film,
@@ -831,6 +834,7 @@ impl Track for Course<'_> {
                 finite((counts.energy.gain - truth.gain_j).max(0.0) / released.max(1e-300))
             });
             run.verdict = verdict(truth, &counts, run.retained);
+            watch.iter().for_each(|watch| watch.judge(&mut run));
             if run.is_sound() {
                 let effort = counts.outcome.effort;
                 let still = self.stage.stands_still(choice, substeps, (&check, effort), truth);

@@ -1,6 +1,7 @@
 //! The scene of a comparison: its system, its frames, and how a run on it is filmed.
 
 use super::Options;
+use super::balance::Watch;
 use super::deadline::Deadline;
 use super::facts::{Metric, Scene, Truth};
 use super::pace::Pace;
@@ -10,8 +11,8 @@ use crate::kept::{Kept, MotionCheck};
 use crate::methods::Choice;
 use crate::motion::{LOCKED, Lever, Unforeseen, implicit_springs};
 use crate::run::{Counts, Moment, Runner, Simulation};
-use crate::stability::gershgorin;
-use crate::work::is_driven;
+use crate::stability::{Rule, gershgorin};
+use crate::work::{WorkBalance, is_driven};
 use crate::{HarnessError, system_hash};
 use drape_integrator::{ExplicitNumbers, Implicit};
 use drape_model::{Numbering, SystemSpec, Vec3, Violation};
@@ -233,6 +234,41 @@ impl Stage {
         *kept.get_or_init(|| Lever::of(system, state, implicit, duration_s))
     }
 
+    /// Watches the energy of a run beside the work of pins, obstacles and wind; `None` where they
+    /// do none.
+    pub(super) fn watch(&self, choice: &Choice) -> Option<Watch> {
+        let Simulation { system, state } = self.of(choice).0;
+        self.scene.is_driven.then(|| Watch {
+            balance: WorkBalance::new(system, state),
+            rule: Rule::of(choice.method().class, system),
+            round_off: self.round_off(),
+            kinetic: system.kinetic_energy(&state.v),
+        })
+    }
+
+    /// Films a run that the user may take. `stop` ends it. Steps show the [work](Self::watch) in
+    /// them, as far as the method knows it.
+    pub(super) fn film_with_work<'a>(
+        &'a self,
+        choice: &'a Choice,
+        substeps: u32,
+        stop: impl FnMut(&Moment<'_>) -> bool + 'a,
+    ) -> Result<(Counts, Seen), HarnessError> {
+        let runner = self.runner(choice, substeps, stop);
+        let runner = if self.scene.is_driven { runner.ledger() } else { runner };
+        self.camera.film(runner, self.of(choice).0, &self.first, substeps)
+    }
+
+    fn runner<'a>(
+        &'a self,
+        choice: &'a Choice,
+        substeps: u32,
+        stop: impl FnMut(&Moment<'_>) -> bool + 'a,
+    ) -> Runner<'a> {
+        let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
+        runner.numbered(self.of(choice).1).stop(stop)
+    }
+
     /// Films a run. `stop` ends it.
     pub(super) fn film<'a>(
         &'a self,
@@ -247,9 +283,7 @@ impl Stage {
             0 => self.first.clone(),
             _ => numbering.restore(&start.state).x.clone(),
         };
-        let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
-        let runner = runner.numbered(numbering).stop(stop);
-        self.camera.film(runner, &start, &first, substeps)
+        self.camera.film(self.runner(choice, substeps, stop), &start, &first, substeps)
     }
 
     /// A run in which all free particles are pushed at the start.
@@ -261,8 +295,7 @@ impl Stage {
         stop: impl FnMut(&Moment<'_>) -> bool,
     ) -> Result<Counts, HarnessError> {
         let start = self.start(choice, Start { member: 0, push: Some(direction) });
-        let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
-        runner.numbered(self.of(choice).1).stop(stop).count(&start)
+        self.runner(choice, substeps, stop).count(&start)
     }
 
     /// Energy of a push, J.
