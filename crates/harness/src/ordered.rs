@@ -181,13 +181,7 @@ impl OrderedSimulation {
     /// the springs, and with the present forces times the distances from the origin.
     pub fn energy_round_off(&self) -> f64 {
         let Simulation { system, state } = &self.simulation;
-        let mut work = 0.0;
-        for effect in system.effects() {
-            let mut force = vec![Vec3::zeros(); system.len()];
-            effect.add_force(system.mass(), &state.x, &mut force);
-            work += force.iter().zip(&state.x).map(|(f, x)| f.norm() * x.norm()).sum::<f64>();
-        }
-        crate::stability::round_off(system, work)
+        energy_round_off(system, state)
     }
 
     /// Mass of the heaviest free particle over that of the lightest; 0 where none is free.
@@ -200,15 +194,7 @@ impl OrderedSimulation {
     /// Number of particles, pins aside, that lie inside an obstacle at the start.
     pub fn particles_inside_obstacles(&self) -> usize {
         let Simulation { system, state } = &self.simulation;
-        let is_inside = |x: &Vec3| {
-            let deep = |obstacle: &Obstacle| {
-                obstacle.distance_within(&(x - obstacle.offset(state.t)), 0.0)
-            };
-            let distances = system.obstacles().iter().filter_map(deep);
-            distances.fold(f64::INFINITY, |least, (distance, _)| least.min(distance)) < 0.0
-        };
-        let free = state.x.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
-        free.filter(|(x, _)| is_inside(x)).count()
+        particles_inside_obstacles(system, state)
     }
 
     /// Whether an effect damps or drags the cloth.
@@ -346,6 +332,29 @@ impl Steps {
     pub fn end(self) -> Outcome {
         self.progress.end()
     }
+}
+
+/// As [`OrderedSimulation::energy_round_off`].
+pub(crate) fn energy_round_off(system: &System, state: &State) -> f64 {
+    let mut work = 0.0;
+    for effect in system.effects() {
+        let mut force = vec![Vec3::zeros(); system.len()];
+        effect.add_force(system.mass(), &state.x, &mut force);
+        work += force.iter().zip(&state.x).map(|(f, x)| f.norm() * x.norm()).sum::<f64>();
+    }
+    crate::stability::round_off(system, work)
+}
+
+/// As [`OrderedSimulation::particles_inside_obstacles`].
+pub(crate) fn particles_inside_obstacles(system: &System, state: &State) -> usize {
+    let is_inside = |x: &Vec3| {
+        let deep =
+            |obstacle: &Obstacle| obstacle.distance_within(&(x - obstacle.offset(state.t)), 0.0);
+        let distances = system.obstacles().iter().filter_map(deep);
+        distances.fold(f64::INFINITY, |least, (distance, _)| least.min(distance)) < 0.0
+    };
+    let free = state.x.iter().zip(system.pinned()).filter(|(_, pinned)| !**pinned);
+    free.filter(|(x, _)| is_inside(x)).count()
 }
 
 #[cfg(test)]

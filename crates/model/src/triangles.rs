@@ -222,6 +222,33 @@ mod tests {
         assert_eq!(seen, [true; 3]);
     }
 
+    /// A search that finds two triangles equally near takes the first in its leaf, so the order in
+    /// a leaf decides bits: it is along the axis in which the parent was halved.
+    #[test]
+    fn leaves_keep_the_order_of_a_tree_that_sorts_all_its_ranges() {
+        fn sort(triangles: &mut [u32], corners: &[Vec3]) {
+            if triangles.len() <= LEAF {
+                return;
+            }
+            let of = |t: u32| &corners[3 * t as usize..3 * t as usize + 3];
+            let bounds = Bounds::of(triangles.iter().flat_map(|&t| of(t).iter().copied()));
+            let axis = (bounds.high - bounds.low).imax();
+            let key = |t: u32| of(t).iter().map(|corner| corner[axis]).sum::<f64>();
+            triangles.sort_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
+            let (low, high) = triangles.split_at_mut(triangles.len() / 2);
+            sort(low, corners);
+            sort(high, corners);
+        }
+        let mut random = Random::new(8);
+        for n in [3, 4, 5, 9, 200] {
+            let corners = random.vectors(3 * n as usize);
+            let triangles: Vec<_> = (0..n).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            let mut expected: Vec<_> = (0..n).collect();
+            sort(&mut expected, &corners);
+            assert_eq!(Tree::new(&corners, &triangles).order, expected);
+        }
+    }
+
     /// With a bound that never falls, the search visits every triangle once, and none without one.
     #[test]
     fn a_search_without_a_bound_visits_every_triangle_once() {

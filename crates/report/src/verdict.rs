@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// No verdict: energy could flow in from outside until the end, or the cloth was still on its
-    /// way to rest.
+    /// No verdict: energy could flow in from outside until the end, and how much is not known, or
+    /// the cloth was still on its way to rest.
     Open,
     /// The run took all its steps; the study does not judge its energy.
     Completed,

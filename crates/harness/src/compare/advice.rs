@@ -244,8 +244,8 @@ pub fn lines(facts: &Facts, advice: &Advice) -> Vec<String> {
         };
         let open = match run.verdict {
             Verdict::Open => {
-                "; whether it gains energy beside the work of pins, obstacles and wind is not known: \
-                 shorter steps show that"
+                "; whether it gains energy beyond the work of pins, obstacles and wind is not known: \
+                 `drape run` may end with another verdict"
             }
             _ => "",
         };

@@ -68,7 +68,7 @@ pub struct Scene {
     pub budget_s: f64,
     /// Steps a frame within the limit of symplectic Euler at the start, by power iteration.
     pub limit_substeps: u32,
-    /// Whether pins, obstacles or wind do work on the cloth. Then a gain of energy is what exceeds
+    /// Whether pins, obstacles or wind do work on the cloth. Then a gain of energy is a rise beyond
     /// their work.
     #[serde(default)]
     pub is_driven: bool,
@@ -151,7 +151,8 @@ pub struct Run {
     /// Mean path of all free particles over that of the true motion. Without a true motion, the
     /// share of the motion that the run kept beside references in a few windows.
     pub retained: Option<f64>,
-    /// Greatest rise of the energy over what the scene sets free.
+    /// Greatest rise of the energy over what the scene sets free. Where pins, obstacles or wind do
+    /// work: the rise that is surely beyond their work, over the greatest kinetic energy of the run.
     pub gain: Option<f64>,
     /// Force sweeps.
     pub force_evaluations: u64,
@@ -233,7 +234,7 @@ impl Truth {
 
 impl Run {
     /// Whether it can be shown: it neither gains energy nor stands still. Where it is not known
-    /// whether it gains energy beside the work of pins, obstacles and wind, the error alone counts.
+    /// whether it gains energy beyond the work of pins, obstacles and wind, the error alone counts.
     pub fn is_sound(&self) -> bool {
         matches!(self.verdict, Verdict::Stable | Verdict::Open)
     }

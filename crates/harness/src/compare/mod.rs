@@ -655,7 +655,10 @@ impl<'a> Course<'a> {
         let released_j = self.truth.released_j.map(|released| released + self.stage.push_energy());
         let truth = facts::Truth { released_j, ..self.truth.clone() };
         for direction in 0..PUSHES {
-            let (counts, film) = match self.pushed_once(choice, run.substeps, direction) {
+            let from = Start { member: 0, push: Some(direction) };
+            let mut watch = self.stage.watch(choice, from);
+            let look = |moment: &Moment<'_>| watch.iter_mut().for_each(|watch| watch.look(moment));
+            let (counts, film) = match self.pushed_once(choice, run.substeps, direction, look) {
                 Ok((counts, _)) if counts.outcome.is_over_budget => {
                     return Ok((direction > 0).then_some(pushed));
                 }
@@ -669,9 +672,10 @@ impl<'a> Course<'a> {
                     break;
                 }
             };
-            let verdict = verdict(&truth, &counts, None);
-            pushed.holds =
-                !matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
+            let explodes =
+                |v| matches!(v, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
+            pushed.holds = !explodes(verdict(&truth, &counts, None))
+                && !watch.is_some_and(|watch| explodes(watch.verdict()));
             if !pushed.holds {
                 break;
             }
@@ -690,9 +694,13 @@ impl<'a> Course<'a> {
         choice: &Choice,
         substeps: u32,
         direction: usize,
+        mut look: impl FnMut(&Moment<'_>),
     ) -> Result<(Counts, Option<Seen>), HarnessError> {
         let deadline = self.deadline;
-        let stop = |_: &Moment<'_>| deadline.is_over();
+        let stop = |moment: &Moment<'_>| {
+            look(moment);
+            deadline.is_over()
+        };
         if direction > 0 || self.pushed.is_empty() {
             return Ok((self.stage.pushed(choice, substeps, direction, stop)?, None));
         }
@@ -756,7 +764,7 @@ impl Track for Course<'_> {
         let (mut clock, mut reason) = (Vec::with_capacity(frames as usize), None);
         let mut spent = 0.0;
         let mut check = self.stage.motion_check(choice, substeps);
-        let mut watch = self.stage.watch(choice);
+        let mut watch = self.stage.watch(choice, Start::default());
         let deadline = self.deadline;
         let ratio = best.as_ref().map_or(f64::INFINITY, |best| limits.most / best.frame_s);
         let mut is_late = false;
@@ -784,7 +792,7 @@ impl Track for Course<'_> {
             is_late &= reason.is_none();
             reason.is_some() || is_late
         };
-        let film = self.stage.film_with_work(choice, substeps, stop);
+        let film = self.stage.film(choice, substeps, Start::default(), stop);
         self.best = best;
         let (counts, seen) = match film {
             Ok(film) => film,
@@ -834,7 +842,9 @@ impl Track for Course<'_> {
                 finite((counts.energy.gain - truth.gain_j).max(0.0) / released.max(1e-300))
             });
             run.verdict = verdict(truth, &counts, run.retained);
-            watch.iter().for_each(|watch| watch.judge(&mut run));
+            if let Some(watch) = watch.filter(|_| run.is_sound()) {
+                watch.judge(&mut run);
+            }
             if run.is_sound() {
                 let effort = counts.outcome.effort;
                 let still = self.stage.stands_still(choice, substeps, (&check, effort), truth);

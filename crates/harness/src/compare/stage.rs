@@ -12,7 +12,7 @@ use crate::methods::Choice;
 use crate::motion::{LOCKED, Lever, Unforeseen, implicit_springs};
 use crate::run::{Counts, Moment, Runner, Simulation};
 use crate::stability::{Rule, gershgorin};
-use crate::work::{WorkBalance, is_driven};
+use crate::work::is_driven;
 use crate::{HarnessError, system_hash};
 use drape_integrator::{ExplicitNumbers, Implicit};
 use drape_model::{Numbering, SystemSpec, Vec3, Violation};
@@ -234,31 +234,16 @@ impl Stage {
         *kept.get_or_init(|| Lever::of(system, state, implicit, duration_s))
     }
 
-    /// Watches the energy of a run beside the work of pins, obstacles and wind; `None` where they
-    /// do none.
-    pub(super) fn watch(&self, choice: &Choice) -> Option<Watch> {
-        let Simulation { system, state } = self.of(choice).0;
-        self.scene.is_driven.then(|| Watch {
-            balance: WorkBalance::new(system, state),
-            rule: Rule::of(choice.method().class, system),
-            round_off: self.round_off(),
-            kinetic: system.kinetic_energy(&state.v),
+    /// Watches the energy of a run where pins, obstacles or wind do work.
+    pub(super) fn watch(&self, choice: &Choice, from: Start) -> Option<Watch> {
+        self.scene.is_driven.then(|| {
+            let start = self.start(choice, from);
+            Watch::new(&start, Rule::of(choice.method().class, &start.system))
         })
     }
 
-    /// Films a run that the user may take. `stop` ends it. Steps show the [work](Self::watch) in
-    /// them, as far as the method knows it.
-    pub(super) fn film_with_work<'a>(
-        &'a self,
-        choice: &'a Choice,
-        substeps: u32,
-        stop: impl FnMut(&Moment<'_>) -> bool + 'a,
-    ) -> Result<(Counts, Seen), HarnessError> {
-        let runner = self.runner(choice, substeps, stop);
-        let runner = if self.scene.is_driven { runner.ledger() } else { runner };
-        self.camera.film(runner, self.of(choice).0, &self.first, substeps)
-    }
-
+    /// Takes the steps of the scene. Where something does work on the cloth, they show that work as
+    /// far as the method knows it.
     fn runner<'a>(
         &'a self,
         choice: &'a Choice,
@@ -266,7 +251,8 @@ impl Stage {
         stop: impl FnMut(&Moment<'_>) -> bool + 'a,
     ) -> Runner<'a> {
         let runner = Runner::new(choice, self.camera.span(substeps, self.camera.frames));
-        runner.numbered(self.of(choice).1).stop(stop)
+        let runner = runner.numbered(self.of(choice).1).stop(stop);
+        if self.scene.is_driven { runner.ledger() } else { runner }
     }
 
     /// Films a run. `stop` ends it.

@@ -35,7 +35,7 @@ const NOISE: f64 = 1e-6;
 const LOOK_S: f64 = 0.1;
 /// Time at which trajectories are compared, s; if no look falls on it, at the last look before.
 const EARLY_S: f64 = 0.3;
-/// Step of the true motion, as a share of the stability limit, and of one with coarse steps.
+/// Step of the true motion, as a share of the stability limit: usual, and where it is coarse.
 const SAFETY: f64 = 0.25;
 const COARSE_SAFETY: f64 = 0.5;
 /// The method of the true motion.
