@@ -253,6 +253,11 @@ impl Run {
 
     /// Whether it gained energy or left the scene.
     pub fn explodes(&self) -> bool {
-        matches!(self.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
+        explodes(self.verdict)
     }
+}
+
+/// Whether a verdict says that a run gained energy or left the scene.
+pub(super) fn explodes(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
 }

@@ -672,10 +672,9 @@ impl<'a> Course<'a> {
                     break;
                 }
             };
-            let explodes =
-                |v| matches!(v, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
-            pushed.holds = !explodes(verdict(&truth, &counts, None))
-                && !watch.is_some_and(|watch| explodes(watch.verdict()));
+            let beyond_work = watch.map(|watch| watch.verdict());
+            let mut verdicts = [verdict(&truth, &counts, None)].into_iter().chain(beyond_work);
+            pushed.holds = !verdicts.any(facts::explodes);
             if !pushed.holds {
                 break;
             }

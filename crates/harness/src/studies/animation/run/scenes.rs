@@ -78,9 +78,9 @@ pub(super) enum Place {
 /// The error from which on more calls of a form are not tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Enough {
-    /// The smallest that a figure asks for, or the noise.
+    /// A figure asks for no smaller error, or noise hides it.
     Fine,
-    /// That of a good run.
+    /// The run is good.
     Good,
 }
 
