@@ -276,8 +276,8 @@ fn figures_name_axes_units_and_every_curve() {
         "animation-long-cheapest.svg",
         &["hanging", "on a ball", "locked", "over the budget of work"],
     );
-    let partly = "hanging: 20 of 21 methods were run.";
-    expect("animation-long-map.svg", &["hanging", "1 mm", partly]);
+    let partly = "hanging: 20 of 22 methods were run; over budget in a shorter span: 1;";
+    expect("animation-long-map.svg", &["hanging", "1 mm", partly, "sound, but not timed: 1."]);
     expect("animation-frames.svg", &["10²"]);
     expect("animation-long-frames.svg", &["cotton-blend, light damping", "400 particles, 1 s"]);
     expect("animation-long-frames.svg", &["✗ leapfrog", partly]);

@@ -105,7 +105,17 @@ pub(super) static ENTRY: Entry = Entry {
             Inside {
                 label: "projective",
                 setting: "iterations",
-                rungs: &[(1, 5), (1, 10), (4, 3), (2, 10), (8, 3), (4, 10), (16, 3), (8, 10)],
+                rungs: &[
+                    (1, 5),
+                    (1, 10),
+                    (4, 3),
+                    (2, 10),
+                    (8, 3),
+                    (4, 10),
+                    (16, 3),
+                    (8, 10),
+                    (32, 3),
+                ],
             },
             Inside { label: "projective, Anderson", setting: "iterations", rungs: ACCELERATED },
             Inside { label: "projective, L-BFGS", setting: "iterations", rungs: ACCELERATED },

@@ -91,8 +91,13 @@ pub(crate) fn animation_long() -> Record<Facts> {
     for scene in &mut facts.scenes {
         scene.has_all_forms = false;
     }
-    let not_run = vec!["vbd".to_owned()];
-    let missing = Missing { scene: "hanging".to_owned(), not_run, not_timed: Vec::new() };
+    let named = |label: &str| vec![label.to_owned()];
+    let missing = Missing {
+        scene: "hanging".to_owned(),
+        not_run: named("vbd"),
+        not_timed: named("astray"),
+        over_budget: named("dear"),
+    };
     record("animation-long", false, Facts { missing: vec![missing], ..facts })
 }
 

@@ -14,8 +14,8 @@ pub static DESBRUN: Method = Method {
     class: StabilityClass::Dissipative,
     conserves: &[Quantity::Momentum, Quantity::AngularMomentum],
     theory: "IMEX Euler with unfiltered external forces: with torque=none, full damping, no \
-             contacts and not both pins and gravity it never gains energy; locks for h²k/m above \
-             1; the consistent correction keeps the total angular momentum, at the price of \
+             contacts and not both pins and gravity it never gains energy; it locks as IMEX Euler \
+             does; the consistent correction keeps the total angular momentum, at the price of \
              energy, and nothing else of the motion",
     supports: Supports::ScalarMatrix,
     refuses: &[],

@@ -38,7 +38,8 @@ pub(crate) const ESTIMATOR: Declared<Estimator> = declare!(
 );
 
 const IMPLICIT_BENEFIT: &str = "solved exactly with all springs implicit \
-     and full damping it never gains energy; locks for h²k/m above 1";
+     and full damping it never gains energy; it slows motion as friction of the rate h k/m would: a \
+     hanging sheet of 400 particles locks from some 500/s on";
 
 /// IMEX Euler.
 pub static IMEX_EULER: Method = Method {

@@ -31,29 +31,40 @@ pub struct Facts {
     pub scenes: Vec<Scene>,
     /// One run for each scene, form of a method and number of substeps.
     pub runs: Vec<Run>,
-    /// Forms for which a long study had no time.
+    /// Forms that a long study did not run or time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<Missing>,
 }
 
 impl Facts {
-    /// Number of forms for which a long study had no time on a scene.
+    /// Number of forms that a long study did not run on a scene.
     pub fn not_run(&self, scene: &Scene) -> usize {
         let own = self.missing.iter().filter(|missing| missing.scene == scene.id);
-        own.map(|missing| missing.not_run.len()).sum()
+        own.map(|missing| missing.not_run.len() + missing.over_budget.len()).sum()
     }
 }
 
-/// Forms that lack of time left without a run, or without a timing, on a scene.
+/// Forms without a run, or without a timing, on a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Missing {
     /// Key of the scene, as in [`Scene::id`].
     pub scene: String,
-    /// Labels of the forms that were not run.
+    /// Labels of the forms for whose runs there was no time.
     pub not_run: Vec<String>,
-    /// Labels of the forms that were run but not timed.
+    /// Labels of the forms that were run, but for whose timings there was no time.
     pub not_timed: Vec<String>,
+    /// Labels of the forms that were left out, since without a sound run they exceed the budget on
+    /// the same cloth over a shorter span.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub over_budget: Vec<String>,
+}
+
+impl Missing {
+    /// Whether any form is named.
+    pub fn names_any(&self) -> bool {
+        !(self.not_run.is_empty() && self.not_timed.is_empty() && self.over_budget.is_empty())
+    }
 }
 
 /// The measure that ranks the runs of a scene.
@@ -255,9 +266,10 @@ impl Run {
         }
     }
 
-    /// Whether the run keeps its mean kinetic energy within a factor of [`LIVELY`].
-    pub fn is_lively(&self) -> bool {
-        self.kinetic.is_some_and(|kept| (1.0 / LIVELY..=LIVELY).contains(&kept))
+    /// Whether the run keeps its mean kinetic energy within `share` times a factor of [`LIVELY`].
+    pub fn is_lively(&self, share: f64) -> bool {
+        let most = share * LIVELY;
+        self.kinetic.is_some_and(|kept| (1.0 / most..=most).contains(&kept))
     }
 
     /// Whether the run is sound, lively and near enough to the true motion. If no distance ranks, it
@@ -266,9 +278,10 @@ impl Run {
         self.is_good_within(scene, 1.0)
     }
 
-    /// Whether the run is [good](Self::is_good) if the accepted error is `share` times as large.
+    /// Whether the run is [good](Self::is_good) if the accepted error and the accepted factor of the
+    /// kinetic energy are `share` times as large.
     pub fn is_good_within(&self, scene: &Scene, share: f64) -> bool {
-        self.is_sound() && self.is_lively() && self.is_near(scene, share)
+        self.is_sound() && self.is_lively(share) && self.is_near(scene, share)
     }
 
     /// Whether the run is near enough to the true motion if the accepted error is `share` times as
@@ -305,9 +318,9 @@ pub fn fastest_of_each<'a>(runs: impl Iterator<Item = (&'a Run, f64)>) -> Vec<(&
 }
 
 /// The fastest run of all and those that tie with it, one for each method: those within [`TIE`], and
-/// those that would lead or tie, whatever they take, if the accepted error were [`NEARLY`] times as
-/// large or as small. `within` gives the [fastest run of each method](fastest_of_each), for an
-/// error `share` times as large as the one meant.
+/// those that would lead or tie, whatever they take, if what is accepted were [`NEARLY`] times as
+/// much or as little. `within` gives the [fastest run of each method](fastest_of_each) where `share`
+/// times as much as is meant is accepted.
 pub fn leaders<'a>(within: impl Fn(f64) -> Vec<(&'a Run, f64)>) -> Vec<(&'a Run, f64)> {
     let first = |share: f64| {
         let mut runs = within(share);

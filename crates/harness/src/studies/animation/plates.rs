@@ -137,7 +137,7 @@ fn best(mut runs: Vec<(&Run, f64, f64)>) -> Vec<(&Run, f64, f64)> {
 
 /// The runs among these that keep their kinetic energy.
 fn lively(mut runs: Vec<(&Run, f64, f64)>) -> Vec<(&Run, f64, f64)> {
-    runs.retain(|(run, ..)| run.is_lively());
+    runs.retain(|(run, ..)| run.is_lively(1.0));
     runs
 }
 
@@ -301,8 +301,8 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
     let mut sheet = sheet?;
     let faults: Vec<_> = scenes.iter().map(|scene| without_curve(input, scene)).collect();
     // Where not all methods were run, a fault may be missing.
-    let partly: Vec<_> = scenes.iter().map(|scene| partly_run(input, scene)).collect();
-    let whole = faults.iter().zip(&partly).filter(|(_, partly)| partly.is_none());
+    let is_whole = |scene: &Scene| input.facts.not_run(scene) == 0;
+    let whole = faults.iter().zip(&scenes).filter(|(_, scene)| is_whole(scene));
     let whole: Vec<_> = whole.map(|(own, _)| own).collect();
     let is_everywhere =
         |fault: &(String, &str)| !whole.is_empty() && whole.iter().all(|own| own.contains(fault));
@@ -319,11 +319,11 @@ fn frames_within(input: &Input, far: Option<f64>) -> Option<Sheet> {
         ));
     }
     if !common.is_empty() {
-        let is_whole = partly.iter().all(Option::is_none);
-        let run = if is_whole { "" } else { " in which they were run" };
+        let are_whole = scenes.iter().all(|scene| is_whole(scene));
+        let run = if are_whole { "" } else { " in which they were run" };
         sheet.notes.push(format!("In every panel{run}: {}.", common.join("; ")));
     }
-    sheet.notes.extend(partly.into_iter().flatten());
+    sheet.notes.extend(scenes.iter().filter_map(|scene| partly_run(input, scene)));
     sheet.notes.extend(dampings(&scenes));
     sheet.notes.extend(input.machine());
     Some(sheet)
@@ -549,13 +549,21 @@ fn cheapest(input: &Input) -> Option<Matrix> {
     })
 }
 
-/// Says on how many methods a scene shows anything, if not on all.
+/// Says how many methods were run and timed on a scene, if not all of them.
 fn partly_run(input: &Input, scene: &Scene) -> Option<String> {
-    let not_run = input.facts.not_run(scene);
     let own = input.facts.runs.iter().filter(|run| run.scene == scene.id);
     let run = own.map(|run| run.label.as_str()).collect::<BTreeSet<_>>().len();
-    let told = || format!("{}: {run} of {} methods were run.", scene.id, run + not_run);
-    (not_run > 0).then(told)
+    let not_run = input.facts.not_run(scene);
+    let own = || input.facts.missing.iter().filter(|missing| missing.scene == scene.id);
+    let dear = own().map(|missing| missing.over_budget.len()).sum::<usize>();
+    let untimed = own().map(|missing| missing.not_timed.len()).sum::<usize>();
+    let told = [
+        (not_run, format!("{run} of {} methods were run", run + not_run)),
+        (dear, format!("over budget in a shorter span: {dear}")),
+        (untimed, format!("sound, but not timed: {untimed}")),
+    ];
+    let told: Vec<_> = told.into_iter().filter(|(number, _)| *number > 0).map(|(_, t)| t).collect();
+    (!told.is_empty()).then(|| format!("{}: {}.", scene.id, told.join("; ")))
 }
 
 /// All tables of the page.

@@ -49,6 +49,15 @@ pub(super) fn long(facts: &Facts) -> Words {
     if !lacking.is_empty() {
         caveats.push(format!("Still missing: {lacking}. `drape reproduce --long` runs them."));
     }
+    for missing in facts.missing.iter().filter(|missing| !missing.over_budget.is_empty()) {
+        let names: Vec<_> = missing.over_budget.iter().map(|name| format!("`{name}`")).collect();
+        caveats.push(format!(
+            "Left out on \u{201c}{}\u{201d}, since they have no sound run over a shorter span and \
+             exceed the budget there: {}.",
+            missing.scene,
+            names.join(", ")
+        ));
+    }
     let early = ran.scenes.iter().filter(|scene| scene.measure == Measure::Trajectory);
     for scene in early {
         caveats.push(format!(
@@ -666,9 +675,11 @@ mod tests {
             scene: "s".to_owned(),
             not_run: not_run.iter().map(|&label| label.to_owned()).collect(),
             not_timed: not_timed.iter().map(|&label| label.to_owned()).collect(),
+            over_budget: Vec::new(),
         };
         let runs = vec![run("good", 1, Verdict::Stable, 0.002)];
-        let missing = vec![missing(&["a", "b"], &["c"]), missing(&[], &["d", "e", "f"])];
+        let dear = Missing { over_budget: vec!["g".to_owned()], ..missing(&[], &[]) };
+        let missing = vec![missing(&["a", "b"], &["c"]), missing(&[], &["d", "e", "f"]), dear];
         let empty = Scene { id: "t".to_owned(), ..scene() };
         let said = long(&Facts { scenes: vec![scene(), empty], runs, missing });
         // A scene without runs does not count as a failure of the method.
@@ -688,6 +699,7 @@ mod tests {
             ", timings of 1 method on",
             ", timings of 3 methods",
             "--long",
+            "exceed the budget there: `g`.",
         ] {
             assert!(caveats.contains(sentence), "{sentence}: {caveats}");
         }

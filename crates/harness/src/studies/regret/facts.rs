@@ -77,9 +77,9 @@ pub struct Pick {
 pub enum Origin {
     /// Bundled with the command.
     Bundled,
-    /// Of this study, with springs, gravity and pins only. Nothing was tuned on it.
+    /// Of this study, with springs, gravity and pins only. No form was tuned on it.
     Springs,
-    /// Of this study, with contact, friction, wind or bending by angles. Nothing was tuned on it.
+    /// Of this study, with contact, friction, wind or bending by angles. No form was tuned on it.
     Forces,
 }
 

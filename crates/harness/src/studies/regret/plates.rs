@@ -19,8 +19,8 @@ pub(super) const PLATES: &[Plate<Input>] = &[Plate {
         as fast as the best one. Each point is a scene and a target. Across: modelled time of the \
         whole comparison over that of an exhaustive search. Upwards: the regret, modelled time of \
         the advised run over that of the best run of all forms; 1 is the best run itself. The \
-        dashed line marks the greatest regret that the advice may have. Nothing was tuned on \
-        these scenes.",
+        dashed line marks the greatest regret that the advice may have. No form of a method was \
+        tuned on these scenes.",
     draw: Draw::Sheet(figure),
 }];
 

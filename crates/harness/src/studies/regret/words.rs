@@ -6,7 +6,7 @@ use drape_report::number::{median, percent, significant};
 
 /// The question that the study answers.
 pub(super) const QUESTION: &str = "Is the advice of drape compare as good as an exhaustive search, \
-     on scenes for which nobody tuned it?";
+     on scenes on which no form was tuned?";
 /// Studies that a reader should know before this one.
 pub(super) const BUILDS_ON: &[&str] = &["work-precision", "animation"];
 

@@ -68,8 +68,17 @@ impl Frames {
     /// How near a good run is.
     fn within(&self) -> String {
         let good = self.scene.good_m();
-        let noise = if good > GOOD { ", twice the noise" } else { "" };
+        let noise = if good > GOOD { " (twice the noise)" } else { "" };
         format!("within {:.0} mm{noise}", 1e3 * good)
+    }
+
+    /// Says how exact the true motion is, where that is worse than its noise.
+    fn uncertainty(&self) -> String {
+        let Scene { reference_error_m, .. } = self.scene;
+        match reference_error_m > self.scene.floor_m() {
+            true => format!(", true motion known to {:.0} mm", 1e3 * reference_error_m),
+            false => String::new(),
+        }
     }
 }
 
@@ -102,9 +111,10 @@ pub(super) fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Resul
         scene.span_s
     );
     let good = format!("good: {:.0} mm", 1e3 * scene.good_m());
-    let kept = |kept| format!(", {:.0} % of the kinetic energy kept", 100.0 * kept);
+    let kept = |kept| format!("; it keeps {:.0} % of the kinetic energy", 100.0 * kept);
     let kept = frames.least.first().and_then(|(run, _)| run.kinetic).map(kept).unwrap_or_default();
-    let measured = format!("{place}, {}{kept} (study `{study}`)", frames.within());
+    let sure = frames.uncertainty();
+    let measured = format!("{place}, {}{sure}{kept} (study `{study}`)", frames.within());
     let Advised { take: bundled, why: advised } = advised(results, bundled)?;
     let Some((first, time)) = least.first() else {
         let why = format!("`{study}`, {}: no run is good{advised}", scene.id);
@@ -117,7 +127,12 @@ pub(super) fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Resul
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its strain is kept".to_owned(),
     };
-    let why = format!("`{study}`, {}: {:.1} ms a frame, {off}{advised}", scene.id, 1e3 * time);
+    let is_other = |(run, _): &&(Run, f64)| frames.tied.iter().all(|tied| tied.id() != run.id());
+    let next = least.iter().skip(1).find(is_other);
+    let next = next
+        .map(|(run, other)| format!("; next: {}, {:.1} times the time", named(run), other / time));
+    let (frame_ms, next) = (1e3 * time, next.unwrap_or_default());
+    let why = format!("`{study}`, {}: {frame_ms:.1} ms a frame, {off}{next}{advised}", scene.id);
     Ok(Answer { take, measured, bundled, why })
 }
 
@@ -171,7 +186,8 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
             0 => String::new(),
             number => format!(" ({number} methods were not run)"),
         };
-        Ok::<_, String>(format!("{particles} particles, {}{not_run}: {told}", frames.within()))
+        let (within, sure) = (frames.within(), frames.uncertainty());
+        Ok::<_, String>(format!("{particles} particles, {within}{sure}{not_run}: {told}"))
     });
     Ok(told.into_iter().collect::<Result<Vec<_>, _>>()?.join(". "))
 }
@@ -254,7 +270,7 @@ pub fn in_one_call(results: &Path) -> Result<String, String> {
 
 /// Whether a run is not good for its kinetic energy alone.
 fn is_bounded(run: &Run, scene: &Scene) -> bool {
-    run.is_sound() && run.is_near(scene, 1.0) && !run.is_lively()
+    run.is_sound() && run.is_near(scene, 1.0) && !run.is_lively(1.0)
 }
 
 /// The substeps of `xpbd-lines` that the bound on kinetic energy excludes on the scene of the film, and

@@ -1,10 +1,10 @@
 //! The long study. It runs scene by scene, as far as its time allows.
 
-use super::scenes::{self, Setting};
+use super::scenes::{self, Case, Setting};
 use crate::studies::animation::facts::{Facts, Missing, Run, TimingRow};
 use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Measured, in_time};
-use crate::{HarnessError, Journal};
+use crate::{HarnessError, Journal, Verdict};
 use std::collections::BTreeMap;
 
 /// The part of the journal that keeps the scenes with their true motions' numbers.
@@ -37,7 +37,14 @@ pub(in crate::studies::animation) fn run(
             setting.scene = scene;
         }
         // Without a true motion the time is over. Then no form that is due runs.
-        let runs = in_time(context, (&id, false), &films, |film| setting.runs(film))?;
+        let over_budget = over_budget(case, &cases, &facts.runs);
+        let is_out = |label: &str| over_budget.iter().any(|out| out == label);
+        let mut runs = in_time(context, (&id, false), &films, |film| {
+            if is_out(film.form.label) { Ok(Vec::new()) } else { setting.runs(film) }
+        })?;
+        // A program that ran another part of the study may have run them.
+        let spared = runs.iter_mut().zip(&labels).filter(|(_, label)| is_out(label));
+        spared.for_each(|(runs, _)| *runs = Some(Vec::new()));
         let part = format!("{id}, timings");
         let times = in_time(context, (&part, true), &runs, |runs| {
             let sound = runs.iter().flatten().filter(|run| Setting::is_timed(run));
@@ -49,9 +56,10 @@ pub(in crate::studies::animation) fn run(
         let missing = Missing {
             scene: id.clone(),
             not_run: lacking(&|k| runs[k].is_some()),
-            not_timed: lacking(&|k| runs[k].is_none() || times[k].is_some()),
+            not_timed: lacking(&|k| runs[k].is_none() || times[k].is_some() || is_out(&labels[k])),
+            over_budget: over_budget.clone(),
         };
-        if !(missing.not_run.is_empty() && missing.not_timed.is_empty()) {
+        if missing.names_any() {
             facts.missing.push(missing);
         }
         if runs.iter().all(Option::is_none) {
@@ -67,6 +75,18 @@ pub(in crate::studies::animation) fn run(
     }
     let timings = (!context.quick).then_some(rows);
     Ok(Measured { facts, timings, scenes: hashes, seed: Some(scenes::SEED) })
+}
+
+/// Labels of the forms that a case leaves out: on the same cloth over a shorter span they have no
+/// sound run and exceed the budget.
+pub(super) fn over_budget(case: &Case, cases: &[Case], runs: &[Run]) -> Vec<String> {
+    let starts: Vec<_> = cases.iter().filter(|c| case.leaves_out(c)).map(Case::id).collect();
+    let own = || runs.iter().filter(|run| starts.contains(&run.scene));
+    let sound: Vec<_> = own().filter(|run| run.is_sound()).map(|run| &run.label).collect();
+    let spent = own().filter(|run| run.verdict == Verdict::OverBudget).map(|run| &run.label);
+    let mut labels: Vec<_> = spent.filter(|label| !sound.contains(label)).cloned().collect();
+    labels.dedup();
+    labels
 }
 
 /// Computes the true motion of a scene. Returns `false` if there was not enough time; then the

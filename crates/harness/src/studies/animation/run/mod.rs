@@ -9,7 +9,9 @@ use crate::HarnessError;
 use crate::facts::{Fact, fact};
 use crate::methods;
 use crate::methods::runs::{Film, Inside, Runs, Substeps};
-use crate::studies::animation::facts::{FINE, Facts, HEAVY, LIVELY, Run, Scene, TimingRow};
+use crate::studies::animation::facts::{
+    FINE, Facts, HEAVY, LIVELY, Missing, NEARLY, Run, Scene, TimingRow,
+};
 use crate::studies::clocked::{REPETITIONS, about_probe, disturbance};
 use crate::studies::filmed::{LONG_S, clock, clock_again, shoot};
 use crate::studies::variant::{is_explicit, or_defaults};
@@ -66,8 +68,8 @@ fn first_forms() -> Vec<Film> {
 pub(super) fn method() -> String {
     let more = format!(
         "The study `animation-long` has larger cloth and longer motions. Here the cloth may also \
-         hang from an upper edge that goes to and fro across it, filmed at {FILM} frames a second; \
-         there the budget of a frame grows like its length. Methods that stiffness does not limit \
+         hang from an upper edge that goes to and fro across it, filmed at {FILM} frames a second \
+         with ten keys of its path in each; there the budget of a frame grows like its length. Methods that stiffness does not limit \
          run with {LADDER:?} substeps of a frame. On all scenes an explicit method runs on until \
          one of its runs is also good, as the figures count it."
     );
@@ -87,7 +89,8 @@ pub(super) fn long_method() -> String {
          explicit method is not tried with more calls after a sound run that is off by at most {} \
          mm or the noise. The true motion of the largest cloth over 5 s has steps of half the \
          limit, and the energy that is set free is that at its looks, every 0.1 s; there the first \
-         good run of a form is its last. A record may lack forms or scenes: it names them, and the \
+         good run of a form is its last, and forms are left out that over 0.4 s have no sound run \
+         and exceed the budget. A record may lack forms or scenes: it names them, and the \
          next run adds them. The quick subset has none of these scenes.",
         scenes::FINEST,
         1e3 * FINE
@@ -113,7 +116,7 @@ fn common() -> String {
          fixes the work in a call (substeps, sweeps or iterations), the method's file lists up to \
          {} pairs of calls and values, and the form runs with these. A form that stiffness does \
          not limit tries no more after a sound run that is off by at most {} mm or the noise and \
-         keeps its kinetic energy within a factor of {LIVELY}, after a run that took {DEAR} sweeps \
+         keeps its kinetic energy within a factor of {:.2}, after a run that took {DEAR} sweeps \
          of forces a frame, or after one whose factorisations used up its budget. An explicit \
          method runs with rising numbers from {EXPLICIT:?} until two runs are sound, that is, \
          neither gain energy nor stand still, or until one exceeds its budget; the last failure \
@@ -131,6 +134,7 @@ fn common() -> String {
         HEAVY,
         EXPLICIT.len(),
         1e3 * FINE,
+        LIVELY / NEARLY,
         1e3 * scenes::NEAR_M,
         scenes::RESTLESS,
         scenes::SWEEPS_A_FRAME,
@@ -168,7 +172,7 @@ fn again(
         cases.find(|case| case.id() == scene).map(|case| Setting::staged(&case)).transpose()
     })?;
     facts.missing.iter_mut().for_each(|missing| missing.not_timed.clear());
-    facts.missing.retain(|missing| !missing.not_run.is_empty());
+    facts.missing.retain(Missing::names_any);
     Ok((facts, rows))
 }
 

@@ -7,7 +7,7 @@ use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
 use crate::schedule::Schedule;
 use crate::stability::{Energy, Rule, gershgorin, judge, reference_run};
-use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, Run, TimingRow};
+use crate::studies::animation::facts::{self, FINE, HEAVY, Measure, NEARLY, Run, TimingRow};
 use crate::studies::clocked::{Taken, samples};
 use crate::studies::filmed::{Counters, LONG_S, Stage};
 use crate::studies::finite;
@@ -58,6 +58,9 @@ pub(super) const RESTLESS: f64 = 1.5;
 /// Period of the rings of a curtain, s, and the distance that they move, m.
 const SWAY_S: f64 = 0.8;
 const SWAY_M: f64 = 0.3;
+/// Keys of the path of a ring in a frame. Between keys a ring moves evenly, so with one key a frame
+/// it would start anew in each frame.
+const KEYS: u32 = 10;
 
 /// How the cloth is placed and held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +114,8 @@ pub(super) struct Case {
     /// Whether the true motion has steps twice as long, and shows the energy that the scene sets
     /// free at its looks alone. It takes a fourth of the time.
     pub(super) is_truth_coarse: bool,
+    /// Whether forms are left out that exceed the budget on the same cloth over a shorter span.
+    leaves_out_dear: bool,
 }
 
 /// Particles along each edge of the quick scene and of the others.
@@ -131,6 +136,7 @@ const BASE: Case = Case {
     ends_when_enough: false,
     enough: Enough::Fine,
     is_truth_coarse: false,
+    leaves_out_dear: false,
 };
 
 /// The scenes of up to 400 particles: firm to soft fabrics with light and heavy damping and one cloth in
@@ -175,7 +181,20 @@ pub(super) fn long() -> Vec<Case> {
 impl Case {
     /// With less precision, for a scene whose true motion and runs take hours otherwise.
     fn dearest(self) -> Self {
-        Self { ends_when_enough: true, enough: Enough::Good, is_truth_coarse: true, ..self }
+        Self {
+            ends_when_enough: true,
+            enough: Enough::Good,
+            is_truth_coarse: true,
+            leaves_out_dear: true,
+            ..self
+        }
+    }
+
+    /// Whether forms are left out that exceed the budget in the other case, which shows the same
+    /// cloth over a shorter span.
+    pub(super) fn leaves_out(&self, other: &Self) -> bool {
+        let cloth = |case: &Self| (case.place, case.fabric, case.side, case.is_heavy, case.rate);
+        self.leaves_out_dear && cloth(self) == cloth(other) && other.frames < self.frames
     }
 
     /// A small curtain.
@@ -261,14 +280,14 @@ impl Case {
         json!({ "row": row, "column": column })
     }
 
-    /// Paths of the pins along the upper edge, with a key for every frame.
+    /// Paths of the pins along the upper edge.
     fn led(&self) -> Vec<Value> {
-        let key = |frame: u32| {
-            let time = f64::from(frame) / f64::from(self.rate);
+        let key = |number: u32| {
+            let time = f64::from(number) / f64::from(KEYS * self.rate);
             let way = 0.5 * SWAY_M * (1.0 - libm::cos(std::f64::consts::TAU * time / SWAY_S));
             json!({ "time_s": time, "offset_m": [0, way, 0] })
         };
-        let path: Vec<_> = (1..=self.frames).map(key).collect();
+        let path: Vec<_> = (1..=KEYS * self.frames).map(key).collect();
         let pin = |column| json!({ "row": 0, "column": column, "path": path });
         (0..self.side).map(pin).collect()
     }
@@ -531,7 +550,8 @@ impl Setting {
             let is_over = |run: &Run| {
                 let is_factored = run.counts.factorisations > 0;
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
-                let is_enough = run.is_sound() && run.is_lively() && self.is_exact_enough(run);
+                let is_lively = run.is_lively(1.0 / NEARLY);
+                let is_enough = run.is_sound() && is_lively && self.is_exact_enough(run);
                 is_enough || is_spent || run.counts.force_evaluations >= dear
             };
             if runs.last().is_some_and(is_over) {

@@ -1,7 +1,8 @@
+use super::long::over_budget;
 use super::scenes::{Case, Enough, Setting, cases, long as long_cases};
 use super::{EXPLICIT, LADDER, LARGE_LADDER, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
-use crate::studies::animation::facts::{Facts, Origin, Scene};
+use crate::studies::animation::facts::{Facts, Origin, Run, Scene};
 use crate::studies::clocked::REPETITIONS;
 use crate::studies::filmed::Stage as _;
 use crate::studies::{Context, Progress};
@@ -135,6 +136,41 @@ fn where_a_scene_was_computed_is_no_fact() {
     };
     assert_eq!(of(&scene), of(&apart));
     assert_ne!(of(&scene), of(&Scene { particles: 1, ..scene.clone() }));
+}
+
+/// The largest cloth over 5 s has no time for forms that exceed the budget over 0.4 s. All other
+/// forms run there, also those that gain energy over 0.4 s.
+#[test]
+fn the_dearest_scene_leaves_out_what_exceeds_the_budget_over_a_shorter_span() {
+    let cases = long_cases();
+    let setting = Setting::new(&Case::dearest_quick()).expect("a valid scene");
+    let any = setting.runs(&film("imex-euler", Substeps::Ladder)).expect("runs").remove(0);
+    let [.., short, dearest] = &cases[..] else { panic!("{cases:?}") };
+    assert!(dearest.leaves_out(short) && !short.leaves_out(dearest), "{cases:?}");
+    let runs = |scene: &Case| {
+        let run = |label: &str, verdict| Run {
+            scene: scene.id(),
+            label: label.to_owned(),
+            verdict,
+            ..any.clone()
+        };
+        vec![
+            run("dear", Verdict::Diverged),
+            run("dear", Verdict::OverBudget),
+            run("dear from two calls", Verdict::Stable),
+            run("dear from two calls", Verdict::OverBudget),
+            run("wild", Verdict::Diverged),
+            run("dear twice", Verdict::OverBudget),
+            run("dear twice", Verdict::OverBudget),
+        ]
+    };
+    assert_eq!(over_budget(dearest, &cases, &runs(short)), ["dear", "dear twice"]);
+    for other in cases.iter().filter(|other| *other != short) {
+        assert!(over_budget(dearest, &cases, &runs(other)).is_empty(), "{}", other.id());
+    }
+    for other in cases.iter().filter(|other| *other != dearest) {
+        assert!(over_budget(other, &cases, &runs(short)).is_empty(), "{}", other.id());
+    }
 }
 
 struct Silent;

@@ -27,8 +27,8 @@ const ENDLESS: Duration = Duration::from_secs(1_000_000);
 /// How the facts are measured.
 pub(super) fn method() -> String {
     format!(
-        "The scenes have springs, gravity and pins. Neither the rules of the comparison nor the \
-         forms and settings of a method were tuned on them. Each runs for {} s at 60 frames a \
+        "The scenes have springs, gravity and pins. No form or setting of a method was tuned \
+         on them; four rules of the comparison were (see below). Each runs for {} s at 60 frames a \
          second with two targets: a hundredth of the cloth's longest side, and a quarter of that. \
          The comparison is `drape compare` with its default options, with three differences: it \
          ranks by modelled time, has no time limit, and leaves out forms without prices of their \
