@@ -615,6 +615,25 @@ mod tests {
     }
 
     #[test]
+    fn a_method_that_a_slightly_wider_bound_on_energy_puts_first_ties() {
+        let kept = [("lively", 1.0), ("inside", 0.7), ("outside", 0.65), ("dull", 0.5)];
+        let of = |(method, kept): (&str, f64)| Run {
+            kinetic: Some(kept),
+            ..run(method, 1, Verdict::Stable, 0.002)
+        };
+        let runs = kept.map(of);
+        let times = [9.0, 3.0, 1.0, 0.1];
+        let within = |share: f64| {
+            let mut own: Vec<(&Run, f64)> = runs.iter().zip(times).collect();
+            own.retain(|(run, _)| run.is_good_within(&scene(), share));
+            own.sort_by(|a, b| a.1.total_cmp(&b.1));
+            own
+        };
+        let names: Vec<_> = leaders(within).iter().map(|(run, _)| run.id()).collect();
+        assert_eq!(names, ["inside", "lively", "outside"]);
+    }
+
+    #[test]
     fn where_no_distance_ranks_the_start_energy_and_strain_decide() {
         let wind = Scene { measure: Measure::Kept, span_s: 5.0, ..scene() };
         let of = |label: &str, kinetic: f64, strain: f64| Run {

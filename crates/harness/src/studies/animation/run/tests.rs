@@ -1,6 +1,6 @@
 use super::long::over_budget;
 use super::scenes::{Case, Enough, Setting, cases, long as long_cases};
-use super::{EXPLICIT, LADDER, LARGE_LADDER, first_forms, rungs};
+use super::{EXPLICIT, FILM, LADDER, LARGE_LADDER, first_forms, rungs};
 use crate::methods::runs::{Film, Substeps, Variant};
 use crate::studies::animation::facts::{Facts, Origin, Run, Scene};
 use crate::studies::clocked::REPETITIONS;
@@ -74,6 +74,22 @@ fn a_led_run_that_gains_energy_beside_the_work_of_its_rings_is_not_sound() {
         assert!(run.gain > 0.02 && run.kinetic.is_some_and(|kept| kept < 1.0), "{run:?}");
     }
     assert!(fine.is_sound() && fine.gain < 0.02, "{fine:?}");
+}
+
+/// If a ring moved evenly over a whole frame, each frame would start with a kick.
+#[test]
+fn rings_move_without_kicks() {
+    let case = Case::led_quick();
+    let (system, _) = case.spec().expect("a scene").build().expect("a system");
+    let ring = &system.moving_pins()[0];
+    let frame = 1.0 / f64::from(FILM);
+    let speed = |t: f64| (ring.position(t + 1e-5) - ring.position(t - 1e-5)).norm() / 2e-5;
+    let fastest = (1..100).map(|k| speed(1e-2 * f64::from(k))).fold(0.0, f64::max);
+    for frames in 1..20 {
+        let at = f64::from(frames) * frame;
+        let kick = (speed(at + 1e-4) - speed(at - 1e-4)).abs();
+        assert!(kick < 0.05 * fastest, "{kick} m/s of {fastest}");
+    }
 }
 
 /// The largest cloth has the budget of the next smaller one, in which explicit methods still reach
