@@ -42,8 +42,9 @@ fn rungs(film: &Film, ladder: &[u32]) -> Vec<(u32, Option<(&'static Inside, u32)
 /// further until one is good, except in the dearest scenes of the long study.
 const EXPLICIT: [u32; 16] =
     [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
-/// Number of sweeps of forces a frame from which on more calls of a form are not tried.
-const DEAR: u64 = 100;
+/// Number of sweeps of forces a frame from which on more calls of a form are not tried, on the usual
+/// mesh. It grows with the budget.
+const DEAR: f64 = 100.0;
 
 /// The forms of every method of the registry, method by method.
 fn of_registry() -> impl Iterator<Item = Vec<Film>> {
@@ -117,7 +118,7 @@ fn common() -> String {
          {} pairs of calls and values, and the form runs with these. A form that stiffness does \
          not limit tries no more after a sound run that is off by at most {} mm or the noise and \
          keeps its kinetic energy within a factor of {:.2}, after a run that took {DEAR} sweeps \
-         of forces a frame, or after one whose factorisations used up its budget. An explicit \
+         of forces a frame (on finer meshes more, as in the budget below), or after one whose factorisations used up its budget. An explicit \
          method runs with rising numbers from {EXPLICIT:?} until two runs are sound, that is, \
          neither gain energy nor stand still, or until one exceeds its budget; the last failure \
          before the first sound run is kept. A run is locked if its energy is stable and the \

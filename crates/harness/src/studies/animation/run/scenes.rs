@@ -250,7 +250,12 @@ impl Case {
     /// Sweeps of forces after which a frame is over budget. On a finer mesh, a wave takes more steps
     /// to cross the cloth, and information more iterations.
     pub(super) fn sweeps_a_frame(&self) -> f64 {
-        SWEEPS_A_FRAME * self.frame_length() * f64::from(self.side.min(FINEST)) / f64::from(USUAL)
+        SWEEPS_A_FRAME * self.frame_length() * self.fineness()
+    }
+
+    /// How many times as much work a frame may take as on the usual mesh.
+    fn fineness(&self) -> f64 {
+        f64::from(self.side.min(FINEST)) / f64::from(USUAL)
     }
 
     /// Length of a frame, over that at the usual rate.
@@ -543,7 +548,7 @@ impl Setting {
 
     /// Runs with each of its [`rungs`], until more would be too expensive or could not matter.
     fn ladder(&self, film: &Film) -> Result<Vec<Run>, HarnessError> {
-        let dear = DEAR * u64::from(self.case.frames);
+        let dear = DEAR * self.case.fineness().max(1.0) * f64::from(self.case.frames);
         let mut runs: Vec<Run> = Vec::new();
         for (substeps, inside) in rungs(film, self.case.ladder) {
             // More calls take more factorisations, and more sweeps if each call is expensive.
@@ -552,7 +557,7 @@ impl Setting {
                 let is_spent = run.verdict == Verdict::OverBudget && is_factored;
                 let is_lively = run.is_lively(1.0 / NEARLY);
                 let is_enough = run.is_sound() && is_lively && self.is_exact_enough(run);
-                is_enough || is_spent || run.counts.force_evaluations >= dear
+                is_enough || is_spent || run.counts.force_evaluations as f64 >= dear
             };
             if runs.last().is_some_and(is_over) {
                 break;
