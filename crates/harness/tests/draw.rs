@@ -280,6 +280,8 @@ fn figures_name_axes_units_and_every_curve() {
     expect("animation-long-map.svg", &["hanging", "1 mm", partly, "sound, but not timed: 1."]);
     expect("animation-frames.svg", &["10²"]);
     expect("animation-long-frames.svg", &["cotton-blend, light damping", "400 particles, 1 s"]);
+    let partly = "hanging: 20 of 22 methods were run; over budget in a shorter span: 1; sound, but \
+                  not timed: 1.";
     expect("animation-long-frames.svg", &["✗ leapfrog", partly]);
     expect("rest-arrival.svg", &["step (ms)", "at rest after (s)", "time that a run has"]);
     expect(

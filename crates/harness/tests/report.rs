@@ -142,6 +142,10 @@ fn the_five_uses_stand_beside_the_answer_where_their_records_are_there() {
     let shown = rows(common::copy_of_committed().path());
     let uses = all_uses(common::committed()).unwrap();
     assert_eq!(shown.len(), uses.len());
+    // Cloth that buckles into one of several shapes ranks nothing.
+    let laid = &uses[2];
+    assert!(laid.why.contains("Not counted: round table, ponte, 8 squares"), "{laid:?}");
+    assert!(laid.measured.contains("cloth of 137 particles on 2 round tables"), "{laid:?}");
     for (row, answer) in shown.iter().zip(uses) {
         let Use { what, take, measured, bundled, why } = answer;
         for said in [what, &take, &measured, &bundled, &why] {

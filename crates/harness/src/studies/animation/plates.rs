@@ -373,10 +373,12 @@ impl Level {
     }
 }
 
-/// The fastest lively run of each method with an error of at most `level` (m), fastest first.
-fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, f64)> {
-    let near = lively(timed(input, scene)).into_iter().filter(|(.., error)| *error <= level);
-    facts::fastest_of_each(near.map(|(run, time, _)| (run, time)))
+/// The fastest lively run of each method with an error of at most `level` (m), fastest first, where
+/// `share` times as much is accepted.
+fn fastest<'a>(input: &'a Input, scene: &'a Scene, level: f64, share: f64) -> Vec<(&'a Run, f64)> {
+    let good = |run: &Run, error: f64| error <= share * level && run.is_lively(share);
+    let good = timed(input, scene).into_iter().filter(|(run, _, error)| good(run, *error));
+    facts::fastest_of_each(good.map(|(run, time, _)| (run, time)))
 }
 
 /// The fastest run with an error of at most `level` (m), and those that tie with it. Empty if the
@@ -385,7 +387,7 @@ fn leaders<'a>(input: &'a Input, scene: &'a Scene, level: f64) -> Vec<(&'a Run, 
     if 2.0 * scene.floor_m() > level {
         return Vec::new();
     }
-    facts::leaders(|share| fastest(input, scene, share * level))
+    facts::leaders(|share| fastest(input, scene, level, share))
 }
 
 fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
@@ -395,7 +397,7 @@ fn winner(input: &Input, scene: &Scene, level: f64) -> Tile {
     let leaders = leaders(input, scene, level);
     let [(first, least), ties @ ..] = &leaders[..] else { return told(Shade::Idle, "") };
     let ties: Vec<&str> = ties.iter().map(|(run, _)| run.id()).collect();
-    let next = fastest(input, scene, level).get(1).map(|(_, next)| next / least);
+    let next = fastest(input, scene, level, 1.0).get(1).map(|(_, next)| next / least);
     tiles::winner(first.id(), first.is_limited, &ties, next)
 }
 
@@ -423,7 +425,7 @@ fn map(input: &Input) -> Option<Matrix> {
             false => "not reached, not timed, or noise",
         }),
         notes: vec![
-            signs_of_winners("within a factor of 2 or a tenth of the error"),
+            signs_of_winners("within a factor of 2 or a tenth of what is accepted"),
             "Good: off by 10 mm, or by twice the noise where that is more.".to_owned(),
         ]
         .into_iter()

@@ -127,8 +127,8 @@ pub(super) fn of_frames(results: &Path, frames: &Frames, bundled: &str) -> Resul
         Some(error) => format!("off by {:.1} mm ({good})", 1e3 * error),
         None => "its strain is kept".to_owned(),
     };
-    let is_other = |(run, _): &&(Run, f64)| frames.tied.iter().all(|tied| tied.id() != run.id());
-    let next = least.iter().skip(1).find(is_other);
+    // A tie says more than the next method.
+    let next = least.get(1).filter(|_| frames.tied.is_empty());
     let next = next
         .map(|(run, other)| format!("; next: {}, {:.1} times the time", named(run), other / time));
     let (frame_ms, next) = (1e3 * time, next.unwrap_or_default());
@@ -184,7 +184,7 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
         let (frames, told) = fastest(results, &format!("{HANGING}{particles}, 5 s"))?;
         let not_run = match record.not_run(&frames.scene) {
             0 => String::new(),
-            number => format!(" ({number} methods were not run)"),
+            number => format!(", {number} methods not run"),
         };
         let (within, sure) = (frames.within(), frames.uncertainty());
         Ok::<_, String>(format!("{particles} particles, {within}{sure}{not_run}: {told}"))
