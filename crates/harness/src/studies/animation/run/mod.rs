@@ -70,7 +70,8 @@ pub(super) fn method() -> String {
     let more = format!(
         "The study `animation-long` has larger cloth and longer motions. Here the cloth may also \
          hang from an upper edge that goes to and fro across it, filmed at {FILM} frames a second \
-         with ten keys of its path in each; there the budget of a frame grows like its length. Methods that stiffness does not limit \
+         with ten keys of its path in each; there the budget of a frame grows like its length. \
+         Methods that stiffness does not limit \
          run with {LADDER:?} substeps of a frame. On all scenes an explicit method runs on until \
          one of its runs is also good, as the figures count it."
     );
@@ -118,7 +119,8 @@ fn common() -> String {
          {} pairs of calls and values, and the form runs with these. A form that stiffness does \
          not limit tries no more after a sound run that is off by at most {} mm or the noise and \
          keeps its kinetic energy within a factor of {:.2}, after a run that took {DEAR} sweeps \
-         of forces a frame (on finer meshes more, as in the budget below), or after one whose factorisations used up its budget. An explicit \
+         of forces a frame (on finer meshes more, as in the budget below), or after one whose \
+         factorisations used up its budget. An explicit \
          method runs with rising numbers from {EXPLICIT:?} until two runs are sound, that is, \
          neither gain energy nor stand still, or until one exceeds its budget; the last failure \
          before the first sound run is kept. A run is locked if its energy is stable and the \
