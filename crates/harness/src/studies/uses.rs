@@ -324,8 +324,8 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
         .collect();
     let step_s = |steps: u32| TENTH_S / f64::from(steps);
     let told = |(scene, (seconds, steps)): (&&str, &(f64, u32))| {
-        let table = scene.split_once(", ").map_or(*scene, |(_, cloth)| cloth);
-        format!("{:.0} ms ({table}, step {} ms)", 1e3 * seconds, step_ms(step_s(*steps)))
+        let (ms, step) = (1e3 * seconds, step_ms(step_s(*steps)));
+        format!("{ms:.0} ms ({}, step {step} ms)", cloth(scene))
     };
     let told: Vec<_> = meant.iter().zip(&fastest).map(told).collect();
     let is_wild = |run: &&Run| {
@@ -381,8 +381,12 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
 /// A run on a table, by its step and cloth.
 fn wildly(run: &rest::facts::Run) -> String {
     let step = step_ms(TENTH_S / f64::from(run.steps));
-    let table = run.scene.split_once(", ").map_or(run.scene.as_str(), |(_, cloth)| cloth);
-    format!("steps of {step} ms ({table})")
+    format!("steps of {step} ms ({})", cloth(&run.scene))
+}
+
+/// The cloth of a table of `rest`: its id without the shape of the table.
+fn cloth(scene: &str) -> &str {
+    scene.split_once(", ").map_or(scene, |(_, cloth)| cloth)
 }
 
 /// The winner on a soft sheet.
