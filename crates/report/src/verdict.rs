@@ -55,6 +55,11 @@ impl Verdict {
         Self::NotApplicable,
     ];
 
+    /// Whether the run gained energy or left the scene.
+    pub fn gains_energy(self) -> bool {
+        matches!(self, Self::Marginal | Self::Unstable | Self::Diverged)
+    }
+
     /// The word that records and pages use.
     pub fn name(self) -> &'static str {
         match self {

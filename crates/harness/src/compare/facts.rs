@@ -86,7 +86,8 @@ pub struct Truth {
     pub error_m: Option<f64>,
     /// Number of true motions: one without noise, the others from perturbed starts.
     pub members: usize,
-    /// Mean error of a perturbed start against the first, m: smaller errors mean nothing.
+    /// Noise, m: the mean distance of a true motion from the nearest of the others. So the noise
+    /// is measured as the error of a run is. Smaller errors mean nothing.
     pub floor_m: Option<f64>,
     /// The same of true motions of the pushed cloth; `None` where there are none.
     #[serde(default)]
@@ -183,8 +184,8 @@ pub struct Run {
 
 impl Facts {
     /// The greatest error that meets the target, m: the target, or twice the noise where that is
-    /// more. Two motions that differ by noise alone are apart by the noise. A motion with an error
-    /// of the same size is apart by about twice that.
+    /// more. A motion that differs by noise alone is off by the noise. A motion with an error of the
+    /// same size is off by about twice that.
     pub fn good_m(&self) -> f64 {
         self.truth.good_m(self.scene.target_m)
     }
@@ -253,11 +254,6 @@ impl Run {
 
     /// Whether it gained energy or left the scene.
     pub fn explodes(&self) -> bool {
-        explodes(self.verdict)
+        self.verdict.gains_energy()
     }
-}
-
-/// Whether a verdict says that a run gained energy or left the scene.
-pub(super) fn explodes(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
 }

@@ -674,7 +674,7 @@ impl<'a> Course<'a> {
             };
             let beyond_work = watch.map(|watch| watch.verdict());
             let mut verdicts = [verdict(&truth, &counts, None)].into_iter().chain(beyond_work);
-            pushed.holds = !verdicts.any(facts::explodes);
+            pushed.holds = !verdicts.any(Verdict::gains_energy);
             if !pushed.holds {
                 break;
             }

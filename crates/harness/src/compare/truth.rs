@@ -12,7 +12,7 @@ use super::facts::Truth;
 use super::pace::Pace;
 use super::stage::{Stage, Start};
 use crate::HarnessError;
-use crate::film::{Seen, mean};
+use crate::film::{Seen, noise};
 use crate::methods::Choice;
 use crate::run::Counts;
 use crate::studies::variant::is_explicit;
@@ -132,7 +132,7 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
     let starts = (1..=PERTURBED).map(|member| Start { member, push: None });
     let mut members = vec![best.seen];
     members.extend(films(stage, (&best.choice, best.substeps), starts, (seconds, deadline))?);
-    let floor_m = floor(stage, &members);
+    let floor_m = noise(&members, |a, b| stage.apart(a, b));
     let path = members[0].path;
     let energy = best.counts.energy;
     let released = energy.released.max(50.0 * stage.round_off());
@@ -179,7 +179,7 @@ pub(super) fn push(
     let pushed = films(stage, run, starts, (found.seconds, deadline))?;
     // One motion alone does not measure the noise.
     if pushed.len() == found.members.len() {
-        found.truth.pushed_floor_m = floor(stage, &pushed);
+        found.truth.pushed_floor_m = noise(&pushed, |a, b| stage.apart(a, b));
         found.pushed = pushed;
     }
     Ok(())
@@ -208,13 +208,6 @@ fn films(
         seen.extend(is_usable(&counts).then_some(film));
     }
     Ok(seen)
-}
-
-/// Mean distance of the other members from the first, m; `None` where there are no others.
-fn floor(stage: &Stage, members: &[Seen]) -> Option<f64> {
-    let (first, others) = members.split_first()?;
-    let all = others.iter().map(|other| stage.apart(first, other));
-    (!others.is_empty()).then(|| mean(all))
 }
 
 /// The record of a search that found no true motion, with the reason.

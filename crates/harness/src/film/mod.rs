@@ -249,9 +249,36 @@ pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / f64::max(count, 1.0)
 }
 
+/// The noise of several true motions: the mean distance of a motion from the nearest of the others;
+/// `None` of fewer than two. A run that is held against the nearest true motion scores as much
+/// without any error of its own.
+pub(crate) fn noise(motions: &[Seen], apart: impl Fn(&Seen, &Seen) -> f64) -> Option<f64> {
+    let mut nearest = vec![f64::INFINITY; motions.len()];
+    for (n, motion) in motions.iter().enumerate() {
+        for (m, other) in motions[..n].iter().enumerate() {
+            let distance = apart(other, motion);
+            nearest[m] = nearest[m].min(distance);
+            nearest[n] = nearest[n].min(distance);
+        }
+    }
+    (motions.len() > 1).then(|| mean(nearest.into_iter()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of three motions at 0, 1 and 5, the first two are one apart, and the third is four from the
+    /// nearest. Two motions have the distance between them, and one motion has no noise.
+    #[test]
+    fn noise_is_the_distance_from_the_nearest_other_motion() {
+        let at = |path: f64| Seen { path, ..Seen::default() };
+        let apart = |a: &Seen, b: &Seen| (a.path - b.path).abs();
+        let motions = [at(0.0), at(1.0), at(5.0)];
+        assert_eq!(noise(&motions, apart), Some((1.0 + 1.0 + 4.0) / 3.0));
+        assert_eq!(noise(&motions[1..], apart), Some(4.0));
+        assert_eq!(noise(&motions[..1], apart), None);
+    }
 
     /// A cubic motion is met at every share of a step, with its velocity.
     #[test]

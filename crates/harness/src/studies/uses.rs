@@ -3,7 +3,6 @@
 mod frames;
 
 use super::{regret, rest, scaling, trajectory};
-use drape_report::Verdict;
 use drape_report::file::read_json;
 use drape_report::number::significant;
 use drape_report::page::{Table, texts};
@@ -329,9 +328,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
     };
     let told: Vec<_> = meant.iter().zip(&fastest).map(told).collect();
     let is_wild = |run: &&Run| {
-        let gains =
-            matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged);
-        gains && run.label == **first && meant.contains(&run.scene.as_str())
+        run.verdict.gains_energy() && run.label == **first && meant.contains(&run.scene.as_str())
     };
     let wild: Vec<_> = facts.runs.iter().filter(is_wild).map(wildly).collect();
     let wild = match wild.is_empty() {

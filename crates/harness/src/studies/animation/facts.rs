@@ -118,10 +118,11 @@ pub struct Scene {
     /// Number of true motions: one without noise, and others from starts moved by up to 1 µm out of
     /// the plane. A run is compared with the nearest.
     pub members: usize,
-    /// Mean distance over the span of the surfaces of two starts that differ by noise, m. A smaller
-    /// error means nothing.
+    /// Noise of the surfaces, m: the mean distance over the span of a true motion from the nearest
+    /// of the others. So the noise is measured as the error of a run is. A smaller error means
+    /// nothing.
     pub shape_floor_m: f64,
-    /// Root of the mean square distance of the particles of two such starts at 0.3 s, m.
+    /// The same of the particles at 0.3 s (root of the mean square), m.
     pub trajectory_floor_m: f64,
     /// Distance of the surfaces if the step of the true motion is doubled, m.
     pub reference_error_m: f64,

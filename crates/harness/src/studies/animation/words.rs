@@ -17,8 +17,8 @@ pub(super) const LONG_QUESTION: &str =
 /// Studies that a reader should know before the long study.
 pub(super) const LONG_BUILDS_ON: &[&str] = &["animation"];
 
-/// Two true motions with at least this mean distance have gone different ways, m. It is the width
-/// of the cloth.
+/// With at least this noise, true motions have gone different ways, m. It is the width of the
+/// cloth.
 const APART_M: f64 = 1.0;
 
 /// The findings that the facts support. Times belong to a machine, so only figures show them.
@@ -82,8 +82,8 @@ pub(super) fn long(facts: &Facts) -> Words {
     let apart = ran.scenes.iter().filter(|scene| scene.shape_floor_m >= APART_M);
     for scene in apart {
         caveats.push(format!(
-            "On the scene \u{201c}{}\u{201d}, two true motions are {} m apart on average: chance \
-             decides which way the cloth goes.",
+            "On the scene \u{201c}{}\u{201d}, a true motion is {} m from the nearest other one, on \
+             average: chance decides which way the cloth goes.",
             scene.id,
             significant(scene.shape_floor_m, 2)
         ));
@@ -289,10 +289,7 @@ fn still(facts: &Facts) -> Option<String> {
 /// Forms that gain energy although stiffness does not limit them.
 fn gaining(facts: &Facts) -> Option<String> {
     let gains = |run: &&Run| {
-        !run.is_limited
-            && run.substeps <= 4
-            && run.inside.is_none()
-            && matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
+        !run.is_limited && run.substeps <= 4 && run.inside.is_none() && run.verdict.gains_energy()
     };
     let gaining = forms(facts.runs.iter().filter(gains));
     let verbs = ["without a stiffness limit gains energy", "without a stiffness limit gain energy"];
@@ -347,9 +344,7 @@ fn divided(facts: &Facts) -> impl Iterator<Item = String> {
 /// that number.
 fn too_few(facts: &Facts) -> impl Iterator<Item = String> {
     forms(facts.runs.iter()).into_iter().filter_map(move |label| {
-        let gains = |run: &&Run| {
-            matches!(run.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
-        };
+        let gains = |run: &&Run| run.verdict.gains_energy();
         let own = facts.runs.iter().filter(|run| run.label == label).filter(gains);
         let most = own.filter_map(|run| Some((run.inside? * run.substeps, run)));
         let (most, run) = most.max_by_key(|(number, _)| *number)?;
@@ -676,7 +671,7 @@ mod tests {
         let lost = Scene { measure: Measure::Trajectory, shape_floor_m: 3.9, ..scene() };
         let runs = vec![run("near", 1, Verdict::Stable, 0.001)];
         let told = long(&Facts { scenes: vec![lost], runs, missing: Vec::new() }).caveats.join(" ");
-        for sentence in ["the distance at 0.3 s ranks the runs", "two true motions are 3.9 m apart"]
+        for sentence in ["the distance at 0.3 s ranks the runs", "a true motion is 3.9 m from the nearest other one"]
         {
             assert!(told.contains(sentence), "{sentence}: {told}");
         }

@@ -102,11 +102,7 @@ fn still(facts: &Facts) -> Option<String> {
 
 /// The forms that gain energy although stiffness does not limit them.
 fn failing(facts: &Facts) -> Option<String> {
-    let gains = |run: &&Run| {
-        let verdict = run.verdict;
-        !run.is_limited
-            && matches!(verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
-    };
+    let gains = |run: &&Run| !run.is_limited && run.verdict.gains_energy();
     let gaining = forms(facts.runs.iter().filter(gains));
     let verbs = ["without a stiffness limit gains energy", "without a stiffness limit gain energy"];
     told(&gaining, verbs, "with at least one step")

@@ -159,5 +159,5 @@ pub(super) fn labels(facts: &Facts) -> Vec<&str> {
 
 /// Whether the run of a cell gained energy.
 pub(super) fn has_gained(cell: &Cell) -> bool {
-    matches!(cell.verdict, Verdict::Marginal | Verdict::Unstable | Verdict::Diverged)
+    cell.verdict.gains_energy()
 }

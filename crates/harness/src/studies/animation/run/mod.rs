@@ -110,8 +110,9 @@ fn common() -> String {
          horizontal; or falls, 8 cm off its centre, on a ball of 30 cm radius with a coefficient \
          of friction of 0.3; or is a flag in a wind of 6 m/s. All springs and hinges begin at \
          rest. Leapfrog at a quarter of its limit computes the true motion. Further true motions \
-         start 1 µm off, out of the plane (seeded); they measure the noise. A run is compared with \
-         the nearest true motion. Shape ranks the runs where pins hold the cloth and no wind \
+         start 1 µm off, out of the plane (seeded); they measure the noise, the mean distance of a \
+         true motion from the nearest of the others. A run is compared with the nearest true \
+         motion, too. Shape ranks the runs where pins hold the cloth and no wind \
          blows: the mean distance from the particles of each surface to the triangles of the \
          other, about every 0.1 s. On the ball without pins and in the wind two starts soon move \
          apart, so there the distance of the particles at 0.3 s ranks the runs. Where a setting \

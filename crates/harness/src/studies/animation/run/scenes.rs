@@ -1,7 +1,7 @@
 //! The cloth, its scenes, their true motions, and the runs of a method.
 
 use super::{DEAR, EXPLICIT, FILM, FRAMES_PER_S, LADDER, LARGE_LADDER, first_forms, forms, rungs};
-use crate::film::{Camera, HALF, Look, Seen, look_apart, mean, threads};
+use crate::film::{Camera, HALF, Look, Seen, look_apart, mean, noise, threads};
 use crate::methods::Choice;
 use crate::methods::runs::{Film, Inside, Substeps};
 use crate::run::{Counts, Outcome, Runner, Simulation};
@@ -455,12 +455,11 @@ impl Setting {
         let released = released.unwrap_or_else(|| self.released_at_looks());
         self.scene.released_j = released;
         self.scene.prestress = elastic_energy(&self.simulation) / released;
-        let (first, others) = (&self.members[0], &self.members[1..]);
-        let count = others.len() as f64;
-        let shapes = others.iter().map(|other| self.camera.shape_apart(first, other)).sum::<f64>();
-        let ways = others.iter().map(|other| self.trajectory_apart(first, other)).sum::<f64>();
-        self.scene.shape_floor_m = shapes / count;
-        self.scene.trajectory_floor_m = ways / count;
+        let first = &self.members[0];
+        let shapes = noise(&self.members, |a, b| self.camera.shape_apart(a, b));
+        let ways = noise(&self.members, |a, b| self.trajectory_apart(a, b));
+        self.scene.shape_floor_m = shapes.unwrap_or(0.0);
+        self.scene.trajectory_floor_m = ways.unwrap_or(0.0);
         self.scene.reference_error_m = self.camera.shape_apart(first, &coarse);
         self.scene.strain = mean(first.looks.iter().map(|look| look.strain));
         Ok(())

@@ -8,7 +8,6 @@ use crate::methods::runs::Variant;
 use crate::methods::{Choice, is_chosen};
 use crate::studies::finite;
 use crate::studies::stability::facts::{Ratio, Shear};
-use drape_report::Verdict;
 
 const STIFFNESS: f64 = 1e6;
 const STEPS: [f64; 4] = [0.001, 0.01, 0.1, 1.0];
@@ -79,8 +78,7 @@ pub(super) fn run(case: &Case) -> Result<Shear, HarnessError> {
             gain: finite(counts.energy.gain / setting.released),
         });
     }
-    let failing = [Verdict::Marginal, Verdict::Unstable, Verdict::Diverged];
-    let first = ratios.iter().find(|ratio| failing.contains(&ratio.verdict));
+    let first = ratios.iter().find(|ratio| ratio.verdict.gains_energy());
     Ok(Shear {
         label: variant.label.to_owned(),
         method: choice.full_id(),
