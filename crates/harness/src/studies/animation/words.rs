@@ -671,8 +671,10 @@ mod tests {
         let lost = Scene { measure: Measure::Trajectory, shape_floor_m: 3.9, ..scene() };
         let runs = vec![run("near", 1, Verdict::Stable, 0.001)];
         let told = long(&Facts { scenes: vec![lost], runs, missing: Vec::new() }).caveats.join(" ");
-        for sentence in ["the distance at 0.3 s ranks the runs", "a true motion is 3.9 m from the nearest other one"]
-        {
+        for sentence in [
+            "the distance at 0.3 s ranks the runs",
+            "a true motion is 3.9 m from the nearest other one",
+        ] {
             assert!(told.contains(sentence), "{sentence}: {told}");
         }
         assert!(!caveats.contains("1 µm"), "{caveats}");
