@@ -1,5 +1,7 @@
 //! A run has the same bits with any number of threads.
 
+use drape_integrator::ExplicitNumbers;
+use drape_model::{State, System};
 use drape_tests::{Sheet, assert_covers, bits, prepared, stir};
 use std::num::NonZero;
 
@@ -40,6 +42,12 @@ const METHODS: [&str; 33] = [
     "energy-momentum:residual=1e-2",
 ];
 
+/// As many particles as threads are used for, and more.
+fn large() -> (System, State) {
+    let sheet = Sheet { side: 130, tension: 1e5, shear: 1e4, ..Sheet::default() };
+    stir(sheet.build(), 1e-3, 0.1)
+}
+
 #[test]
 fn every_method_has_the_same_bits_with_one_thread_and_with_three() {
     let starts = "its first step factorises a matrix of blocks, which takes seconds at this size";
@@ -48,9 +56,7 @@ fn every_method_has_the_same_bits_with_one_thread_and_with_three() {
     let each = "each of its steps factorises a matrix of blocks, which takes seconds at this size";
     let exceptions = [&exceptions[..], &[("rosenbrock", each)]].concat();
     assert_covers("threads", METHODS, &exceptions);
-    // As many particles as threads are used for, and more.
-    let sheet = Sheet { side: 130, tension: 1e5, shear: 1e4, ..Sheet::default() };
-    let start = stir(sheet.build(), 1e-3, 0.1);
+    let start = large();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("three threads");
     for id in METHODS {
         let [one, three] = [1, 3].map(|threads| {
@@ -64,4 +70,25 @@ fn every_method_has_the_same_bits_with_one_thread_and_with_three() {
         });
         assert!(one == three, "{id}");
     }
+}
+
+/// So have the energies that a run takes between its steps, and the numbers that limit its step.
+#[test]
+fn energies_and_limits_have_the_same_bits_with_one_thread_and_with_three() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("three threads");
+    let [one, three] = [1, 3].map(|threads| {
+        let (mut system, state) = large();
+        system.set_threads(NonZero::new(threads).expect("positive"));
+        assert!(!system.has_helpers(), "outside of a pool nobody helps");
+        pool.install(|| {
+            assert_eq!(system.has_helpers(), threads > 1);
+            let energies: Vec<_> = system.energies(&state.x).collect();
+            let total: f64 = energies.iter().map(|(_, energy)| energy).sum();
+            assert_eq!(total.to_bits(), system.potential_energy(&state.x).to_bits());
+            let numbers = ExplicitNumbers::new(&system, &state, &|effect| effect.name() == "shear");
+            (energies, numbers)
+        })
+    });
+    assert!(one.0.len() > 2 && one.1.explicit_stiffness > 0.0, "{one:?}");
+    assert_eq!(one, three);
 }

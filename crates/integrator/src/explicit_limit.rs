@@ -2,8 +2,9 @@
 
 use crate::assembly::subtract_stiffness_product;
 use crate::random::Lcg;
-use drape_model::{Effect, State, System, Tangent, Vec3};
+use drape_model::{Effect, Mat3, State, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
+use drape_solvers::{BlockMatrix, LinearOperator};
 
 /// Most products of one power iteration.
 const PRODUCTS: usize = 100;
@@ -93,8 +94,8 @@ impl ExplicitNumbers {
 /// The operator `M⁻¹ A + shift`, by products with `A`.
 struct Operator<'a> {
     system: &'a System,
-    /// Adds the product of `A` with a vector.
-    add: &'a mut dyn FnMut(&[Vec3], &mut [Vec3]),
+    /// Writes the product of `A` with a vector.
+    multiply: &'a mut dyn FnMut(&[Vec3], &mut [Vec3]),
     /// Added to all eigenvalues, so that the largest is also the largest in magnitude.
     shift: f64,
 }
@@ -118,8 +119,7 @@ impl Operator<'_> {
         let mut product = vec![Vec3::zeros(); mode.len()];
         let (mut quotient, mut before) = (0.0_f64, f64::INFINITY);
         for product_count in 1..=PRODUCTS {
-            product.fill(Vec3::zeros());
-            (self.add)(mode, &mut product);
+            (self.multiply)(mode, &mut product);
             let inertia = weighted_dot(mass, mode, mode);
             let work = dot(mode, &product);
             for (i, (p, m)) in product.iter_mut().zip(mass).enumerate() {
@@ -150,46 +150,63 @@ fn stiffnesses(
     state: &State,
     is_explicit: &dyn Fn(&dyn Effect) -> bool,
 ) -> (f64, f64) {
-    let explicit = || system.effects().filter(|effect| is_explicit(*effect));
-    if !explicit().any(|effect| effect.has_jacobian() && !effect.is_drag()) {
+    let is_explicit = |effect: &dyn Effect| is_explicit(effect) && is_stiff(effect);
+    if !system.effects().any(is_explicit) {
         return (0.0, 0.0);
     }
-    let subtract_explicit = |w: &[Vec3], out: &mut [Vec3]| {
-        for effect in explicit() {
-            subtract_stiffness_product(effect, &state.x, Tangent::Projected, w, out);
-        }
+    let mut mode;
+    let stiffest = {
+        let matrix = stiffness_matrix(system, &state.x, &is_explicit);
+        let mut multiply = |w: &[Vec3], out: &mut [Vec3]| matrix.multiply(w, out);
+        let mut operator = Operator { system, multiply: &mut multiply, shift: 0.0 };
+        mode = operator.start();
+        operator.largest(&mut mode)
     };
-    let mut add_explicit = |w: &[Vec3], out: &mut [Vec3]| {
-        subtract_explicit(w, out);
-        out.iter_mut().for_each(|p| *p = -*p);
-    };
-    let mut operator = Operator { system, add: &mut add_explicit, shift: 0.0 };
-    let mut mode = operator.start();
-    let stiffest = operator.largest(&mut mode);
     let springs = Laplacian::of(system, &|effect| !is_explicit(effect));
     if springs.0.is_empty() {
         return (stiffest, 0.0);
     }
     // Next, the mode with the greatest difference, which springs in the matrix resist less. Start
     // from the stiffest mode and a random vector.
-    let mut add_difference = |w: &[Vec3], out: &mut [Vec3]| {
-        subtract_explicit(w, out);
-        for effect in system.effects().filter(|e| !is_explicit(*e) && e.split().is_some()) {
-            subtract_stiffness_product(effect, &state.x, Tangent::Projected, w, out);
-        }
-        springs.add(2.0, w, out);
-        out.iter_mut().for_each(|p| *p = -*p);
-    };
+    let is_either = |effect: &dyn Effect| is_explicit(effect) || effect.split().is_some();
+    let mut matrix = stiffness_matrix(system, &state.x, &is_either);
+    springs.subtract_twice(&mut matrix);
+    let mut multiply = |w: &[Vec3], out: &mut [Vec3]| matrix.multiply(w, out);
     let shift = 2.0 * springs.bound(system);
-    let mut operator = Operator { system, add: &mut add_difference, shift };
+    let mut operator = Operator { system, multiply: &mut multiply, shift };
     let anywhere = operator.start();
     let share = 0.5 * (dot(&mode, &mode) / dot(&anywhere, &anywhere)).sqrt();
     mode.iter_mut().zip(&anywhere).for_each(|(w, a)| *w += a * share);
     let excess = operator.largest(&mut mode);
     let mut product = vec![Vec3::zeros(); mode.len()];
-    subtract_explicit(&mode, &mut product);
+    for effect in system.effects().filter(|effect| is_explicit(*effect)) {
+        subtract_stiffness_product(effect, &state.x, Tangent::Projected, &mode, &mut product);
+    }
     let explicit = -dot(&mode, &product) / weighted_dot(system.mass(), &mode, &mode);
     (explicit, explicit - excess)
+}
+
+/// Whether an effect resists displacements.
+fn is_stiff(effect: &dyn Effect) -> bool {
+    effect.has_jacobian() && !effect.is_drag()
+}
+
+/// The stiffness of the selected effects. A product with it takes a fraction of the time of one that
+/// goes through the effects, and uses the threads of the system.
+fn stiffness_matrix(
+    system: &System,
+    x: &[Vec3],
+    selects: &dyn Fn(&dyn Effect) -> bool,
+) -> BlockMatrix {
+    let effects = || system.effects().filter(|effect| selects(*effect));
+    let mut pairs = Vec::new();
+    effects().for_each(|effect| effect.visit_pairs(&mut |i, j| pairs.push((i, j))));
+    let mut matrix = BlockMatrix::new(system.len(), &system.coupling(effects()), pairs);
+    matrix.set_threads(system.threads());
+    for effect in effects() {
+        effect.add_stiffness(x, 1.0, Tangent::Projected, &mut matrix);
+    }
+    matrix
 }
 
 /// Springs: ends and stiffness, N/m.
@@ -206,12 +223,10 @@ impl Laplacian {
         Self(springs)
     }
 
-    /// Adds `factor · L w`.
-    fn add(&self, factor: f64, w: &[Vec3], out: &mut [Vec3]) {
+    /// Subtracts `2 L` from a matrix.
+    fn subtract_twice(&self, matrix: &mut BlockMatrix) {
         for &(i, j, k) in &self.0 {
-            let force = (w[i] - w[j]) * (factor * k);
-            out[i] += force;
-            out[j] -= force;
+            matrix.add_pair(i, j, &Mat3::from_diagonal_element(-2.0 * k));
         }
     }
 
@@ -237,7 +252,8 @@ fn drag(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> boo
     let largest = |vectors: &[Vec3]| vectors.iter().fold(0.0, |most: f64, v| most.max(v.amax()));
     let step = DIFFERENCE * largest(&state.v).max(1.0);
     let mut v = state.v.clone();
-    let mut add_slope = |w: &[Vec3], out: &mut [Vec3]| {
+    let mut multiply = |w: &[Vec3], out: &mut [Vec3]| {
+        out.fill(Vec3::zeros());
         let reach = step / largest(w).max(f64::MIN_POSITIVE);
         // −∂f/∂v w by a central difference, which is exact up to the second power of the speed.
         for sign in [-1.0, 1.0] {
@@ -253,7 +269,7 @@ fn drag(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> boo
         }
         out.iter_mut().for_each(|p| *p *= -0.5 / reach);
     };
-    let mut operator = Operator { system, add: &mut add_slope, shift: 0.0 };
+    let mut operator = Operator { system, multiply: &mut multiply, shift: 0.0 };
     let mut mode = operator.start();
     operator.largest(&mut mode).max(0.0)
 }

@@ -1,6 +1,9 @@
 //! Energies and momenta of a state.
 
+use crate::effects::Effect;
 use crate::{State, System, Vec3};
+use drape_kernels::bands::bands;
+use rayon::prelude::*;
 
 /// Depth inside an obstacle at which a particle may still be drawn, m.
 const DISPLAY_TOLERANCE: f64 = 1e-12;
@@ -11,9 +14,20 @@ impl System {
         0.5 * self.mass().iter().zip(v).map(|(&m, v)| m * v.norm_squared()).sum::<f64>()
     }
 
-    /// Potential energy of all effects, J.
+    /// Potential energy of all effects, J. The [threads](System::threads) of the system share the
+    /// effects, without any change of its bits.
     pub fn potential_energy(&self, x: &[Vec3]) -> f64 {
-        self.effects().map(|effect| effect.energy(self.mass(), x)).sum()
+        if self.has_helpers() {
+            self.energies(x).map(|(_, energy)| energy).sum()
+        } else {
+            self.effects().map(|effect| effect.energy(self.mass(), x)).sum()
+        }
+    }
+
+    /// Whether several threads share the sweeps over the particles: the caller is one of a pool, and
+    /// there are enough particles.
+    pub fn has_helpers(&self) -> bool {
+        rayon::current_thread_index().is_some() && bands(self.threads(), self.len()) > 1
     }
 
     /// Kinetic plus potential energy `H`, J.
@@ -21,9 +35,17 @@ impl System {
         self.kinetic_energy(&state.v) + self.potential_energy(&state.x)
     }
 
-    /// Energy of each effect by name, in the order of the effects, J.
+    /// Energy of each effect by name, in the order of the effects, J. The
+    /// [threads](System::threads) of the system share the effects.
     pub fn energies(&self, x: &[Vec3]) -> impl Iterator<Item = (&'static str, f64)> {
-        self.effects().map(move |effect| (effect.name(), effect.energy(self.mass(), x)))
+        let effects: Vec<&dyn Effect> = self.effects().collect();
+        let energy = |effect: &&dyn Effect| (effect.name(), effect.energy(self.mass(), x));
+        let energies: Vec<_> = if self.has_helpers() {
+            effects.par_iter().with_max_len(1).map(energy).collect()
+        } else {
+            effects.iter().map(energy).collect()
+        };
+        energies.into_iter()
     }
 
     /// Linear momentum `Σ m v`, kg m/s.

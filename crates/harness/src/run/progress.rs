@@ -11,6 +11,7 @@ use drape_integrator::{
     Implicit, Integrator, Phase, PhaseClock, SolveStatus, StepError, StepReport, TimeStep,
 };
 use drape_model::{Numbering, State, System};
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Most samples in a run's series.
@@ -51,17 +52,23 @@ fn add(totals: &mut Totals, report: &StepReport) {
 }
 
 fn sample(system: &System, state: &State) -> Sample {
-    let kinetic = system.kinetic_energy(&state.v);
-    let mut energy_j: std::collections::BTreeMap<String, f64> =
-        system.energies(&state.x).map(|(name, energy)| (name.to_owned(), energy)).collect();
+    let energies = || -> BTreeMap<String, f64> {
+        system.energies(&state.x).map(|(name, energy)| (name.to_owned(), energy)).collect()
+    };
+    let others = || {
+        let momenta = [system.momentum(state), system.angular_momentum(state)];
+        (system.kinetic_energy(&state.v), momenta)
+    };
+    let (mut energy_j, (kinetic, [momentum, angular_momentum])) =
+        if system.has_helpers() { rayon::join(energies, others) } else { (energies(), others()) };
     let total = kinetic + energy_j.values().sum::<f64>();
     energy_j.insert("kinetic".to_owned(), kinetic);
     energy_j.insert("total".to_owned(), total);
     Sample {
         time_s: state.t,
         energy_j,
-        momentum: system.momentum(state).into(),
-        angular_momentum: system.angular_momentum(state).into(),
+        momentum: momentum.into(),
+        angular_momentum: angular_momentum.into(),
     }
 }
 
@@ -219,7 +226,9 @@ impl Progress {
         });
         let time = state.t;
         if let Some(last) = &mut self.last_finite {
-            if state.is_finite() { last.copy_from(state) } else { state.copy_from(last) }
+            // A state within the bounds is finite.
+            let is_finite = violation.is_none() || state.is_finite();
+            if is_finite { last.copy_from(state) } else { state.copy_from(last) }
         }
         if let Some(criterion) = violation {
             let is_outside = false;

@@ -95,12 +95,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .map_err(|violation| in_file(&arguments.scene, violation))?;
     let threads = NonZero::<usize>::from(arguments.threads);
     simulation.set_threads(threads);
+    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| {
+        let expected = format!("fewer threads: the system refuses so many ({error})");
+        refusal("--threads", threads, expected)
+    })?;
     let step = time.step_s;
     let is_short = simulation.surely_allows(step);
     let is_damped = simulation.has_damping();
     let warn = |numbers, when: &str| step_warning(numbers, (&choice, is_damped), step, when);
-    let warning =
-        (!is_short).then(|| warn(simulation.explicit_numbers(), "at the start")).flatten();
+    let at_start = (!is_short).then(|| team.run(|| simulation.explicit_numbers()));
+    let warning = at_start.and_then(|numbers| warn(numbers, "at the start"));
     let was_warned = warning.is_some();
     if let Some(warning) = warning {
         tell!("drape: warning: {warning}");
@@ -154,10 +158,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             if is_driven { runner.ledger() } else { runner }
         })
     };
-    let mut team = Team::new(threads, spec.particles.mass_kg.len()).map_err(|error| {
-        let expected = format!("fewer threads: the system refuses so many ({error})");
-        refusal("--threads", threads, expected)
-    })?;
     let outcome = team.run(simulate).map_err(|error| error.in_scene(&arguments.scene))?;
     bar.inspect(|bar| bar.finish_and_clear());
     let gain = judge.gain(&simulation, &choice, &outcome);
@@ -189,7 +189,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // Speeds after a divergence say nothing about the limit before it.
     let (peak, before) =
         if outcome.divergence.is_none() { (&peak, "") } else { (&sound, " before it diverges") };
-    let at_peak = if is_short { None } else { simulation.explicit_numbers_at_peak(peak) };
+    let at_peak = || team.run(|| simulation.explicit_numbers_at_peak(peak));
+    let at_peak = (!is_short).then(at_peak).flatten();
     let warning = at_peak.and_then(|(t, numbers)| {
         warn(numbers, &format!("at t = {t:.4} s, where the cloth is fastest{before}"))
     });

@@ -49,7 +49,8 @@ impl Ruling {
 pub struct Row {
     /// `C01` to `C29` for claims of the paper, `M01` to `M08` for expectations about later methods.
     pub id: String,
-    /// What the numbers make of the claim.
+    /// Whether the claim's own criterion is met. The verdict of the report may differ: it also takes
+    /// in the other readings of the paper's words.
     pub verdict: Ruling,
     /// The numbers behind it.
     pub numbers: Vec<Number>,
