@@ -48,6 +48,8 @@ pub struct Moving<'a> {
     system: &'a System,
     state: &'a State,
     numbering: &'a Numbering,
+    /// Total energy, J, where it is known already.
+    total_j: Option<f64>,
 }
 
 impl<'a> Moving<'a> {
@@ -63,7 +65,7 @@ impl<'a> Moving<'a> {
 
     /// Total energy, J.
     pub fn energy(&self) -> f64 {
-        self.system.kinetic_energy(&self.state.v) + self.system.potential_energy(&self.state.x)
+        self.total_j.unwrap_or_else(|| self.system.total_energy(self.state))
     }
 
     /// Kinetic energy, the energy of each effect, and their sum, by name, J.
@@ -92,7 +94,8 @@ impl<'a> Moving<'a> {
 impl Moment<'_> {
     /// The state as [`OrderedSimulation::moving`] shows it.
     pub fn moving(&self) -> Moving<'_> {
-        Moving { system: self.system, state: self.state, numbering: self.numbering }
+        let Self { system, state, numbering, total_j, .. } = *self;
+        Moving { system, state, numbering, total_j }
     }
 }
 
@@ -164,7 +167,7 @@ impl OrderedSimulation {
     /// The present state as [`simulate`](Self::simulate) shows it.
     pub fn moving(&self) -> Moving<'_> {
         let Simulation { system, state } = &self.simulation;
-        Moving { system, state, numbering: &self.numbering }
+        Moving { system, state, numbering: &self.numbering, total_j: None }
     }
 
     /// The obstacles.

@@ -80,6 +80,8 @@ pub struct Moment<'a> {
     pub system: &'a System,
     /// Its state.
     pub state: &'a State,
+    /// Total energy, J, if the series has a sample of this step.
+    pub(crate) total_j: Option<f64>,
     /// The change of the energy in the step by its causes, if asked for and known.
     pub ledger: Option<EnergyLedger>,
     /// The report of the step.

@@ -206,9 +206,10 @@ impl Progress {
         state.t = self.start + elapsed;
         self.outcome.count(step, &report, self.size);
         let violation = self.bounds.violation(state, numbering);
-        if self.last_finite.is_some() && (step.is_multiple_of(self.every) || step == self.steps) {
-            self.outcome.series.extend(Some(sample(system, state)).filter(is_finite));
-        }
+        let is_sampled = step.is_multiple_of(self.every) || step == self.steps;
+        let sample = (self.last_finite.is_some() && is_sampled).then(|| sample(system, state));
+        let total_j = sample.as_ref().and_then(|sample| sample.energy_j.get("total").copied());
+        self.outcome.series.extend(sample.filter(is_finite));
         let before = self.before.as_ref();
         let ledger = before.and_then(|before| integrator.ledger(system, before, state, h));
         let is_stopped = look(&Moment {
@@ -218,6 +219,7 @@ impl Progress {
             outside_work: self.outside_work,
             system,
             state,
+            total_j,
             ledger,
             report: &report,
             numbering,

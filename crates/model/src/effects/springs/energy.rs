@@ -5,12 +5,21 @@
 
 use super::diagonals::{Diagonal, Diagonals, MAX_DIAGONALS};
 use crate::Vec3;
+use drape_kernels::lanes::vectorised;
 
 /// Particles of a chunk.
 const CHUNK: usize = 64;
 
 /// `Σ ½ k (L − ℓ)²`, J, spring by spring in their order.
 pub(super) fn sum(springs: &Diagonals, x: &[Vec3]) -> f64 {
+    vectorised!(pulp::Arch::new(), [_four,
+        springs: &'k Diagonals = springs,
+        x: &'k [Vec3] = x,
+    ] -> f64 { sum_in_chunks(springs, x) })
+}
+
+#[inline(always)]
+fn sum_in_chunks(springs: &Diagonals, x: &[Vec3]) -> f64 {
     let mut sum = -0.0;
     let mut energies = [[0.0; CHUNK]; MAX_DIAGONALS];
     for first in (0..springs.particles).step_by(CHUNK) {
@@ -21,7 +30,9 @@ pub(super) fn sum(springs: &Diagonals, x: &[Vec3]) -> f64 {
         let energies = &energies[..springs.list.len()];
         for n in 0..count {
             // The energy of an absent spring is 0, which changes no bit of a sum.
-            energies.iter().for_each(|own| sum += own[n]);
+            for own in energies {
+                sum += own[n];
+            }
         }
     }
     sum
@@ -29,6 +40,7 @@ pub(super) fn sum(springs: &Diagonals, x: &[Vec3]) -> f64 {
 
 /// Writes the energies of the springs of a diagonal that begin at `count` particles from `first` on,
 /// J; 0 for absent ones.
+#[inline(always)]
 fn write(diagonal: &Diagonal, first: usize, count: usize, x: &[Vec3], out: &mut [f64; CHUNK]) {
     let far = x.get(first + diagonal.offset..).unwrap_or_default();
     let mut squares = [0.0; CHUNK];
