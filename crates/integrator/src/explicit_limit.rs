@@ -4,7 +4,7 @@ use crate::assembly::subtract_stiffness_product;
 use crate::random::Lcg;
 use drape_model::{Effect, Mat3, State, System, Tangent, Vec3};
 use drape_solvers::vector::{dot, weighted_dot};
-use drape_solvers::{BlockMatrix, LinearOperator};
+use drape_solvers::{BlockMatrix, Coupling, LinearOperator};
 
 /// Most products of one power iteration.
 const PRODUCTS: usize = 100;
@@ -13,6 +13,8 @@ const SETTLED: (usize, f64) = (10, 1e-6);
 /// Half the difference of the velocities at which a drag is differentiated, over the greatest
 /// velocity or 1 m/s.
 const DIFFERENCE: f64 = 1e-6;
+/// Most particles of a stiffness that is assembled. The matrix takes some hundred bytes a particle.
+const ASSEMBLED: usize = 262_144;
 
 /// The numbers that limit the step of explicit forces at one state. They change with the motion, as
 /// stiffnesses of angles, areas and speeds do.
@@ -52,8 +54,8 @@ pub struct ExplicitNumbers {
 }
 
 impl ExplicitNumbers {
-    /// Computes the numbers at a state. `is_explicit` selects the explicit effects. It allocates,
-    /// so call it only a few times per run.
+    /// Computes the numbers at a state. `is_explicit` selects the explicit effects. It allocates, and
+    /// assembles two matrices on grids, so call it only a few times per run.
     pub fn new(system: &System, state: &State, is_explicit: &dyn Fn(&dyn Effect) -> bool) -> Self {
         let (explicit_stiffness, implicit_stiffness) = stiffnesses(system, state, is_explicit);
         let drag = drag(system, state, is_explicit);
@@ -154,14 +156,11 @@ fn stiffnesses(
     if !system.effects().any(is_explicit) {
         return (0.0, 0.0);
     }
-    let mut mode;
-    let stiffest = {
-        let matrix = stiffness_matrix(system, &state.x, &is_explicit);
-        let mut multiply = |w: &[Vec3], out: &mut [Vec3]| matrix.multiply(w, out);
-        let mut operator = Operator { system, multiply: &mut multiply, shift: 0.0 };
-        mode = operator.start();
-        operator.largest(&mut mode)
-    };
+    let of_explicit = Stiffness::new(system, &state.x, &is_explicit, None);
+    let mut multiply = |w: &[Vec3], out: &mut [Vec3]| of_explicit.multiply(w, out);
+    let mut operator = Operator { system, multiply: &mut multiply, shift: 0.0 };
+    let mut mode = operator.start();
+    let stiffest = operator.largest(&mut mode);
     let springs = Laplacian::of(system, &|effect| !is_explicit(effect));
     if springs.0.is_empty() {
         return (stiffest, 0.0);
@@ -169,9 +168,8 @@ fn stiffnesses(
     // Next, the mode with the greatest difference, which springs in the matrix resist less. Start
     // from the stiffest mode and a random vector.
     let is_either = |effect: &dyn Effect| is_explicit(effect) || effect.split().is_some();
-    let mut matrix = stiffness_matrix(system, &state.x, &is_either);
-    springs.subtract_twice(&mut matrix);
-    let mut multiply = |w: &[Vec3], out: &mut [Vec3]| matrix.multiply(w, out);
+    let difference = Stiffness::new(system, &state.x, &is_either, Some(&springs));
+    let mut multiply = |w: &[Vec3], out: &mut [Vec3]| difference.multiply(w, out);
     let shift = 2.0 * springs.bound(system);
     let mut operator = Operator { system, multiply: &mut multiply, shift };
     let anywhere = operator.start();
@@ -179,10 +177,8 @@ fn stiffnesses(
     mode.iter_mut().zip(&anywhere).for_each(|(w, a)| *w += a * share);
     let excess = operator.largest(&mut mode);
     let mut product = vec![Vec3::zeros(); mode.len()];
-    for effect in system.effects().filter(|effect| is_explicit(*effect)) {
-        subtract_stiffness_product(effect, &state.x, Tangent::Projected, &mode, &mut product);
-    }
-    let explicit = -dot(&mode, &product) / weighted_dot(system.mass(), &mode, &mode);
+    of_explicit.multiply(&mode, &mut product);
+    let explicit = dot(&mode, &product) / weighted_dot(system.mass(), &mode, &mode);
     (explicit, explicit - excess)
 }
 
@@ -191,22 +187,52 @@ fn is_stiff(effect: &dyn Effect) -> bool {
     effect.has_jacobian() && !effect.is_drag()
 }
 
-/// The stiffness of the selected effects. A product with it takes a fraction of the time of one that
-/// goes through the effects, and uses the threads of the system.
-fn stiffness_matrix(
-    system: &System,
-    x: &[Vec3],
-    selects: &dyn Fn(&dyn Effect) -> bool,
-) -> BlockMatrix {
-    let effects = || system.effects().filter(|effect| selects(*effect));
-    let mut pairs = Vec::new();
-    effects().for_each(|effect| effect.visit_pairs(&mut |i, j| pairs.push((i, j))));
-    let mut matrix = BlockMatrix::new(system.len(), &system.coupling(effects()), pairs);
-    matrix.set_threads(system.threads());
-    for effect in effects() {
-        effect.add_stiffness(x, 1.0, Tangent::Projected, &mut matrix);
+/// The stiffness `K` of some effects, less `2 L` of some springs.
+struct Stiffness<'a> {
+    system: &'a System,
+    x: &'a [Vec3],
+    selects: &'a dyn Fn(&dyn Effect) -> bool,
+    springs: Option<&'a Laplacian>,
+    /// The whole matrix, on grids. A product then takes a fraction of the time of one that goes
+    /// through the effects, and uses the threads of the system. Other layouts would take more memory
+    /// than many a run.
+    matrix: Option<BlockMatrix>,
+}
+
+impl<'a> Stiffness<'a> {
+    fn new(
+        system: &'a System,
+        x: &'a [Vec3],
+        selects: &'a dyn Fn(&dyn Effect) -> bool,
+        springs: Option<&'a Laplacian>,
+    ) -> Self {
+        let effects = || system.effects().filter(|effect| selects(*effect));
+        let coupling = system.coupling(effects());
+        let is_small = matches!(coupling, Coupling::Bands(_)) && system.len() <= ASSEMBLED;
+        let matrix = is_small.then(|| {
+            let mut matrix = BlockMatrix::new(system.len(), &coupling, std::iter::empty());
+            matrix.set_threads(system.threads());
+            for effect in effects() {
+                effect.add_stiffness(x, 1.0, Tangent::Projected, &mut matrix);
+            }
+            springs.inspect(|springs| springs.subtract_twice(&mut matrix));
+            matrix
+        });
+        Self { system, x, selects, springs, matrix }
     }
-    matrix
+
+    /// Writes the product with `w`.
+    fn multiply(&self, w: &[Vec3], out: &mut [Vec3]) {
+        if let Some(matrix) = &self.matrix {
+            return matrix.multiply(w, out);
+        }
+        out.fill(Vec3::zeros());
+        for effect in self.system.effects().filter(|effect| (self.selects)(*effect)) {
+            subtract_stiffness_product(effect, self.x, Tangent::Projected, w, out);
+        }
+        self.springs.inspect(|springs| springs.add(2.0, w, out));
+        out.iter_mut().for_each(|p| *p = -*p);
+    }
 }
 
 /// Springs: ends and stiffness, N/m.
@@ -221,6 +247,15 @@ impl Laplacian {
             split.visit_weights(&mut |i, j, k, _| springs.push((i, j, k)));
         }
         Self(springs)
+    }
+
+    /// Adds `factor · L w`.
+    fn add(&self, factor: f64, w: &[Vec3], out: &mut [Vec3]) {
+        for &(i, j, k) in &self.0 {
+            let force = (w[i] - w[j]) * (factor * k);
+            out[i] += force;
+            out[j] -= force;
+        }
     }
 
     /// Subtracts `2 L` from a matrix.
@@ -286,6 +321,39 @@ mod tests {
                 "position_m": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]] }} }}"#
         );
         parse("row", &text).expect("valid").spec().build().expect("valid")
+    }
+
+    /// On a grid the products are those of the assembled matrix, which must be the same matrix.
+    #[test]
+    fn an_assembled_stiffness_is_that_of_the_effects() {
+        let sheet = drape_model::load("hanging-textile-sheared-1e6").expect("bundled");
+        let (system, mut state) = sheet.spec().build().expect("valid");
+        let mut random = Lcg::new();
+        let mut vector = || Vec3::from_fn(|_, _| random.signed());
+        state.x.iter_mut().for_each(|x| *x += vector() * 0.01);
+        let w: Vec<Vec3> = state.x.iter().map(|_| vector()).collect();
+        let is_explicit = |effect: &dyn Effect| effect.name() == "shear";
+        let is_any = |effect: &dyn Effect| is_stiff(effect);
+        let springs = Laplacian::of(&system, &|effect| !is_explicit(effect));
+        let check = |selects: &dyn Fn(&dyn Effect) -> bool, springs: Option<&Laplacian>| {
+            let fast = Stiffness::new(&system, &state.x, selects, springs);
+            let by_effects =
+                Stiffness { system: &system, x: &state.x, selects, springs, matrix: None };
+            assert!(fast.matrix.is_some());
+            let product = |stiffness: &Stiffness<'_>| {
+                let mut out = vec![Vec3::repeat(1.0); w.len()];
+                stiffness.multiply(&w, &mut out);
+                out
+            };
+            let (one, other) = (product(&fast), product(&by_effects));
+            let size = other.iter().fold(0.0, |most: f64, p| most.max(p.amax()));
+            let off =
+                one.iter().zip(&other).fold(0.0, |most: f64, (p, q)| most.max((p - q).amax()));
+            assert!(size > 0.0 && off <= 1e-13 * size, "{off} of {size}");
+        };
+        check(&is_explicit, None);
+        check(&is_any, None);
+        check(&is_any, Some(&springs));
     }
 
     const ANGLE: &str = r#""angles": [{ "effect": "bending_angle", "i": 0, "j": 1, "k": 2,

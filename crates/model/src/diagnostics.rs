@@ -36,7 +36,7 @@ impl System {
     }
 
     /// Energy of each effect by name, in the order of the effects, J. The
-    /// [threads](System::threads) of the system share the effects.
+    /// [threads](System::threads) of the system share the effects, without any change of the bits.
     pub fn energies(&self, x: &[Vec3]) -> impl Iterator<Item = (&'static str, f64)> {
         let effects: Vec<&dyn Effect> = self.effects().collect();
         let energy = |effect: &&dyn Effect| (effect.name(), effect.energy(self.mass(), x));

@@ -168,9 +168,9 @@ fn method(facts: &Facts) -> String {
     format!(
         "The steps of the true motion are halved until this changes it by less than a tenth of the \
          target, or by no more than the noise. Starts perturbed by a millionth of the cloth's size \
-         (seeded) measure the noise, the mean distance of such a motion from the nearest other one; a \
-         run is compared with the nearest of these motions, too. Error: {error}, as a mean over up to 10 moments in {} frames. A run is locked if its energy is \
-         stable and its free particles move, on average, less than half of the true path. Where \
+         (seeded) measure the noise, the mean distance of such a motion from the nearest other \
+         one; a run is compared with the nearest of these motions, too. Error: {error}, as a mean \
+         over up to 10 moments in {} frames. A run is locked if its energy is stable and its free particles move, on average, less than half of the true path. Where \
          pins, obstacles or wind do work, a gain of energy is a rise that is surely beyond that \
          work; a run is open if no rise is known to be one, or to be none. Without \
          a true motion, the check of `drape run` in up to three short windows decides whether a \

@@ -128,7 +128,8 @@ pub(super) fn find(stage: &Stage, deadline: Deadline) -> Result<Found, HarnessEr
         return Ok(Found::none(remark));
     };
     let threads = rayon::current_num_threads().max(1);
-    let seconds = best.seconds / threads as f64 + best.apart_s;
+    // Of four motions there are six distances, two for each film that follows.
+    let seconds = best.seconds / threads as f64 + 2.0 * best.apart_s;
     let starts = (1..=PERTURBED).map(|member| Start { member, push: None });
     let mut members = vec![best.seen];
     members.extend(films(stage, (&best.choice, best.substeps), starts, (seconds, deadline))?);

@@ -250,8 +250,9 @@ pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The noise of several true motions: the mean distance of a motion from the nearest of the others;
-/// `None` of fewer than two. A run that is held against the nearest true motion scores as much
-/// without any error of its own.
+/// `None` of fewer than two, or if a distance is not finite. A run that is held against the nearest
+/// true motion scores about as much, or less, without any error of its own: it has one motion more to
+/// choose from.
 pub(crate) fn noise(motions: &[Seen], apart: impl Fn(&Seen, &Seen) -> f64) -> Option<f64> {
     let mut nearest = vec![f64::INFINITY; motions.len()];
     for (n, motion) in motions.iter().enumerate() {
@@ -261,7 +262,7 @@ pub(crate) fn noise(motions: &[Seen], apart: impl Fn(&Seen, &Seen) -> f64) -> Op
             nearest[n] = nearest[n].min(distance);
         }
     }
-    (motions.len() > 1).then(|| mean(nearest.into_iter()))
+    (motions.len() > 1).then(|| mean(nearest.into_iter())).filter(|noise| noise.is_finite())
 }
 
 #[cfg(test)]
@@ -278,6 +279,7 @@ mod tests {
         assert_eq!(noise(&motions, apart), Some((1.0 + 1.0 + 4.0) / 3.0));
         assert_eq!(noise(&motions[1..], apart), Some(4.0));
         assert_eq!(noise(&motions[..1], apart), None);
+        assert_eq!(noise(&motions, |_, _| f64::NAN), None);
     }
 
     /// A cubic motion is met at every share of a step, with its velocity.

@@ -51,25 +51,29 @@ fn add(totals: &mut Totals, report: &StepReport) {
     totals.force_evaluations += u64::from(report.force_evaluations);
 }
 
-fn sample(system: &System, state: &State) -> Sample {
-    let energies = || -> BTreeMap<String, f64> {
-        system.energies(&state.x).map(|(name, energy)| (name.to_owned(), energy)).collect()
-    };
+/// A sample, and the total energy with the bits of [`System::total_energy`], J. The sample sums the
+/// energies by name.
+fn sample(system: &System, state: &State) -> (Sample, f64) {
+    let energies = || system.energies(&state.x).collect::<Vec<_>>();
     let others = || {
         let momenta = [system.momentum(state), system.angular_momentum(state)];
         (system.kinetic_energy(&state.v), momenta)
     };
-    let (mut energy_j, (kinetic, [momentum, angular_momentum])) =
+    let (energies, (kinetic, [momentum, angular_momentum])) =
         if system.has_helpers() { rayon::join(energies, others) } else { (energies(), others()) };
+    let total_j = kinetic + energies.iter().map(|(_, energy)| energy).sum::<f64>();
+    let named = energies.into_iter().map(|(name, energy)| (name.to_owned(), energy));
+    let mut energy_j: BTreeMap<String, f64> = named.collect();
     let total = kinetic + energy_j.values().sum::<f64>();
     energy_j.insert("kinetic".to_owned(), kinetic);
     energy_j.insert("total".to_owned(), total);
-    Sample {
+    let sample = Sample {
         time_s: state.t,
         energy_j,
         momentum: momentum.into(),
         angular_momentum: angular_momentum.into(),
-    }
+    };
+    (sample, total_j)
 }
 
 fn is_finite(sample: &Sample) -> bool {
@@ -148,7 +152,7 @@ impl Progress {
         let mut outcome = Outcome::default();
         outcome.totals.prepare_seconds = begin.elapsed().as_secs_f64();
         if series {
-            outcome.series.push(sample(system, state));
+            outcome.series.push(sample(system, state).0);
         }
         Ok(Self {
             schedule,
@@ -208,8 +212,9 @@ impl Progress {
         let violation = self.bounds.violation(state, numbering);
         let is_sampled = step.is_multiple_of(self.every) || step == self.steps;
         let sample = (self.last_finite.is_some() && is_sampled).then(|| sample(system, state));
-        let total_j = sample.as_ref().and_then(|sample| sample.energy_j.get("total").copied());
-        self.outcome.series.extend(sample.filter(is_finite));
+        let sample = sample.filter(|(sample, _)| is_finite(sample));
+        let total_j = sample.as_ref().map(|(_, total_j)| *total_j);
+        self.outcome.series.extend(sample.map(|(sample, _)| sample));
         let before = self.before.as_ref();
         let ledger = before.and_then(|before| integrator.ledger(system, before, state, h));
         let is_stopped = look(&Moment {
@@ -229,8 +234,8 @@ impl Progress {
         let time = state.t;
         if let Some(last) = &mut self.last_finite {
             // A state within the bounds is finite.
-            let is_finite = violation.is_none() || state.is_finite();
-            if is_finite { last.copy_from(state) } else { state.copy_from(last) }
+            let is_sound = violation.is_none() || state.is_finite();
+            if is_sound { last.copy_from(state) } else { state.copy_from(last) }
         }
         if let Some(criterion) = violation {
             let is_outside = false;

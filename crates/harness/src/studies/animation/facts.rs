@@ -122,7 +122,8 @@ pub struct Scene {
     /// of the others. So the noise is measured as the error of a run is. A smaller error means
     /// nothing.
     pub shape_floor_m: f64,
-    /// The same of the particles at 0.3 s (root of the mean square), m.
+    /// Noise of the particles at 0.3 s, m: the mean distance of a true motion from the nearest of the
+    /// others, each the root of the mean square.
     pub trajectory_floor_m: f64,
     /// Distance of the surfaces if the step of the true motion is doubled, m.
     pub reference_error_m: f64,

@@ -458,8 +458,8 @@ impl Setting {
         let first = &self.members[0];
         let shapes = noise(&self.members, |a, b| self.camera.shape_apart(a, b));
         let ways = noise(&self.members, |a, b| self.trajectory_apart(a, b));
-        self.scene.shape_floor_m = shapes.unwrap_or(0.0);
-        self.scene.trajectory_floor_m = ways.unwrap_or(0.0);
+        self.scene.shape_floor_m = finite(shapes.unwrap_or(f64::INFINITY));
+        self.scene.trajectory_floor_m = finite(ways.unwrap_or(f64::INFINITY));
         self.scene.reference_error_m = self.camera.shape_apart(first, &coarse);
         self.scene.strain = mean(first.looks.iter().map(|look| look.strain));
         Ok(())
