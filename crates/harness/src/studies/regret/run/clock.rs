@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 const BUDGET: Duration = Duration::from_secs(60);
 /// Wall time of the search, and of measuring the advice on the pushed cloth. The true motion takes
 /// at most three tenths of it.
-const SEARCH: Duration = Duration::from_secs(180);
+const SEARCH: Duration = Duration::from_secs(360);
 /// The search stops a form once it takes this many times as long as the best. The factor is twice
 /// that of the comparison.
 const WIDER: f64 = 2.0 * DOMINATED;
