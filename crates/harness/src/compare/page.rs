@@ -170,16 +170,16 @@ fn method(facts: &Facts) -> String {
          target, or by no more than the noise. Starts perturbed by a millionth of the cloth's size \
          (seeded) measure the noise, the mean distance of such a motion from the nearest other \
          one; a run is compared with the nearest of these motions, too. Error: {error}, as a mean \
-         over up to 10 moments in {} frames. A run is locked if its energy is stable and its free particles move, on average, less than half of the true path. Where \
-         pins, obstacles or wind do work, a gain of energy is a rise that is surely beyond that \
-         work; a run is open if no rise is known to be one, or to be none. Without \
-         a true motion, the check of `drape run` in up to three short windows decides whether a \
-         run is locked; if the check cannot measure anything, theory decides. Each form runs with \
-         rising numbers of steps a frame until it meets the target, or would take more than three \
-         times as long as another form that does. Time a frame is the wall time of the steps on \
-         one thread, without set-up, and the least of the repetitions; a frame that takes more \
-         than five times the median counts as five. The time limit decides which runs were made, \
-         but not their results.",
+         over up to 10 moments in {} frames. A run is locked if its energy is stable and its free \
+         particles move, on average, less than half of the true path. Where pins, obstacles or \
+         wind do work, a gain of energy is a rise that is surely beyond that work; a run is open \
+         if no rise is known to be one, or to be none. Without a true motion, the check of `drape \
+         run` in up to three short windows decides whether a run is locked; if the check cannot \
+         measure anything, theory decides. Each form runs with rising numbers of steps a frame \
+         until it meets the target, or would take more than three times as long as another form \
+         that does. Time a frame is the wall time of the steps on one thread, without set-up, and \
+         the least of the repetitions; a frame that takes more than five times the median counts \
+         as five. The time limit decides which runs were made, but not their results.",
         facts.scene.frames
     )
 }
