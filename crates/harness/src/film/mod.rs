@@ -278,6 +278,8 @@ mod tests {
         let motions = [at(0.0), at(1.0), at(5.0)];
         assert_eq!(noise(&motions, apart), Some((1.0 + 1.0 + 4.0) / 3.0));
         assert_eq!(noise(&motions[1..], apart), Some(4.0));
+        let in_other_order = [at(1.0), at(0.0), at(5.0)];
+        assert_eq!(noise(&in_other_order, apart), noise(&motions, apart));
         assert_eq!(noise(&motions[..1], apart), None);
         assert_eq!(noise(&motions, |_, _| f64::NAN), None);
     }
