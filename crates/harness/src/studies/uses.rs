@@ -192,9 +192,16 @@ fn ties(what: &str, labels: &[String]) -> String {
     format!("; {what}: {}{more}", first.join(", "))
 }
 
-/// A length of a step given in s, in ms.
-fn step_ms(step_s: f64) -> String {
-    significant(1e3 * step_s, 2)
+/// The length of a step in s as a fraction, which the command takes; `steps` are `seconds` long. No
+/// digit is rounded: a step that is slightly longer can be unstable.
+fn step_s(seconds: f64, steps: f64) -> String {
+    let inverse = steps / seconds;
+    let whole = inverse.round();
+    if (inverse - whole).abs() <= 1e-9 * whole {
+        format!("1/{whole:.0}")
+    } else {
+        format!("{seconds}/{steps:.0}")
+    }
 }
 
 /// What `drape compare` advises for a bundled scene; empty texts if it was not asked for.
@@ -213,10 +220,12 @@ fn advised(results: &Path, scene: &str) -> Result<Advised, String> {
     let Some(row) = timings.into_iter().find(|row| row.scene == scene) else {
         return Ok(Advised::default());
     };
-    let step_s = 1.0 / (row.frames_per_s * f64::from(row.substeps.max(1)));
+    let steps = row.substeps.max(1);
+    let dt = step_s(1.0 / row.frames_per_s, f64::from(steps));
+    let many = if steps == 1 { "step" } else { "steps" };
     let advice = row.label.as_ref().map_or_else(
         || "nothing".to_owned(),
-        |label| format!("`{label}`, steps of {} ms", step_ms(step_s)),
+        |label| format!("`{label}`, {steps} {many} a frame (`--dt {dt}`)"),
     );
     let why = format!(
         ". For the motion of the bundled scene `{scene}` ({} particles) at {} frames a second, within \
@@ -273,7 +282,9 @@ fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
         "{why}. How near drape coefficients come to published ones: study `fabric`. They differ \
          from mesh to mesh; on some fabrics they lie outside the published range{advised}"
     );
-    Ok(Answer { take, measured: measured.clone(), bundled, why })
+    let ties = format!("; ties: up to {} times it", rest::facts::TIE);
+    let measured = measured.clone() + if near.is_empty() { "" } else { &ties };
+    Ok(Answer { take, measured, bundled, why })
 }
 
 /// The form for the way to rest; `None` where no form comes to rest on all tables.
@@ -321,10 +332,9 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
             (seconds, right.iter().find(own).map_or(0, |(run, _)| run.steps))
         })
         .collect();
-    let step_s = |steps: u32| TENTH_S / f64::from(steps);
     let told = |(scene, (seconds, steps)): (&&str, &(f64, u32))| {
-        let (ms, step) = (1e3 * seconds, step_ms(step_s(*steps)));
-        format!("{ms:.0} ms ({}, step {step} ms)", cloth(scene))
+        let (ms, step) = (1e3 * seconds, step_of(*steps));
+        format!("{ms:.0} ms ({}, step {step} s)", cloth(scene))
     };
     let told: Vec<_> = meant.iter().zip(&fastest).map(told).collect();
     let is_wild = |run: &&Run| {
@@ -338,7 +348,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
     let mut steps: Vec<String> = Vec::new();
     for (scene, (_, number)) in meant.iter().zip(&fastest) {
         let fabric = scene.split(", ").nth(1).unwrap_or_default();
-        let step = format!("{} ms ({fabric})", step_ms(step_s(*number)));
+        let step = format!("{} s ({fabric})", step_of(*number));
         if !steps.contains(&step) {
             steps.push(step);
         }
@@ -377,8 +387,12 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
 
 /// A run on a table, by its step and cloth.
 fn wildly(run: &rest::facts::Run) -> String {
-    let step = step_ms(TENTH_S / f64::from(run.steps));
-    format!("steps of {step} ms ({})", cloth(&run.scene))
+    format!("steps of {} s ({})", step_of(run.steps), cloth(&run.scene))
+}
+
+/// The length of a step in s, of which so many make a tenth of a second.
+fn step_of(steps: u32) -> String {
+    step_s(TENTH_S, f64::from(steps))
 }
 
 /// The cloth of a table of `rest`: its id without the shape of the table.
@@ -431,7 +445,7 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
                     == (&run.series, run.particles, &run.label)
             };
             let cell = counted.cells.iter().find(is_its);
-            let step = cell.map(|cell| format!(" for {} ms", step_ms(cell.step_s)));
+            let step = cell.map(|cell| format!(" for {} ms", significant(1e3 * cell.step_s, 2)));
             format!("`{}` {seconds:.2} s{}", run.label, step.unwrap_or_default())
         })
         .collect();
@@ -452,4 +466,23 @@ fn of_a_million(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
     let measured = rest.map_or_else(|| "study `rest`".to_owned(), |rest| rest.measured.clone());
     let first = "unproven at that size: compare a coarser mesh of your cloth first";
     Ok(Answer { take: format!("{first}{take}"), measured, bundled: String::new(), why })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TENTH_S, step_of, step_s};
+
+    #[test]
+    fn a_step_is_told_as_a_fraction_that_is_exact() {
+        assert_eq!(step_s(1.0 / 24.0, 31.0), "1/744");
+        assert_eq!(step_s(1.0 / 60.0, 19.0), "1/1140");
+        assert_eq!(step_of(3), "1/30");
+        assert_eq!(step_s(0.4, 3.0), "0.4/3");
+        for steps in 1..=64 {
+            let told = step_of(steps);
+            let parts = told.split('/').map(|part| part.parse().unwrap_or(f64::NAN));
+            let step = parts.reduce(|above, below| above / below).unwrap_or(f64::NAN);
+            assert!((step * f64::from(steps) / TENTH_S - 1.0).abs() < 1e-12, "{told}");
+        }
+    }
 }

@@ -174,6 +174,19 @@ pub fn on_large_cloth(results: &Path) -> Result<String, String> {
     Ok(told.into_iter().collect::<Result<Vec<_>, _>>()?.join(". "))
 }
 
+/// Names the forms that a long study did not run on a scene.
+fn not_run(record: &Facts, scene: &Scene) -> String {
+    let own = || record.missing.iter().filter(|missing| missing.scene == scene.id);
+    let lacking: Vec<_> = own().flat_map(|missing| &missing.not_run).collect();
+    let spent: Vec<_> = own().flat_map(|missing| &missing.over_budget).collect();
+    let kinds = [(lacking, "not run"), (spent, "over the budget, so not run")];
+    let told = kinds.iter().filter(|(labels, _)| !labels.is_empty()).map(|(labels, why)| {
+        let labels: Vec<_> = labels.iter().map(|label| format!("`{label}`")).collect();
+        format!("; {why}: {}", labels.join(", "))
+    });
+    told.collect()
+}
+
 /// The fastest good methods on large hanging cloth over 5 s, mesh by mesh.
 ///
 /// # Errors
@@ -182,12 +195,9 @@ pub fn on_large_cloth_for_long(results: &Path) -> Result<String, String> {
     let record: Facts = facts(results, "animation-long")?;
     let told = ["2500", "40000"].map(|particles| {
         let (frames, told) = fastest(results, &format!("{HANGING}{particles}, 5 s"))?;
-        let not_run = match record.not_run(&frames.scene) {
-            0 => String::new(),
-            number => format!(", {number} methods not run"),
-        };
+        let not_run = not_run(&record, &frames.scene);
         let (within, sure) = (frames.within(), frames.uncertainty());
-        Ok::<_, String>(format!("{particles} particles, {within}{sure}{not_run}: {told}"))
+        Ok::<_, String>(format!("{particles} particles ({within}{sure}{not_run}): {told}"))
     });
     Ok(told.into_iter().collect::<Result<Vec<_>, _>>()?.join(". "))
 }
