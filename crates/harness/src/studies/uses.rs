@@ -282,7 +282,10 @@ fn laid(results: &Path, rest: Option<&Rest>) -> Result<Answer, String> {
         "{why}. How near drape coefficients come to published ones: study `fabric`. They differ \
          from mesh to mesh; on some fabrics they lie outside the published range{advised}"
     );
-    let ties = format!("; ties: up to {} times it", rest::facts::TIE);
+    let ties = format!(
+        "; methods tie that fall less than {} times as far behind the fastest",
+        rest::facts::TIE
+    );
     let measured = measured.clone() + if near.is_empty() { "" } else { &ties };
     Ok(Answer { take, measured, bundled, why })
 }
@@ -371,7 +374,7 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
         })
         .collect();
     let measured = format!(
-        "cloth of {} particles on {} {kind} (study `rest`): least computing time until it lies still",
+        "cloth of {} particles on {} {kind} (study `rest`): least computing time until the cloth lies still",
         sizes.join(" or "),
         meant.len()
     );
@@ -419,7 +422,7 @@ fn taught(results: &Path) -> Result<Answer, String> {
     );
     let near: Vec<_> = tied(soft).iter().map(|name| format!("`{name}`")).collect();
     let step = soft.run(&facts.rows).and_then(|run| run.step_s);
-    let step = step.map(|step| format!(", step {:.0} ms", 1e3 * step));
+    let step = step.map(|step| format!(", step {} s", step_s(step, 1.0)));
     let step = step.unwrap_or_default();
     let take = format!("`{}`{step}{}", winning(soft), ties("tie", &near));
     let measured = "a soft hanging sheet (k/m = 10⁴ s⁻²), within 1 %, by modelled time";
