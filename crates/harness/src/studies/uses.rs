@@ -374,7 +374,8 @@ fn at_rest(results: &Path, tables: Tables) -> Result<Option<Rest>, String> {
         })
         .collect();
     let measured = format!(
-        "cloth of {} particles on {} {kind} (study `rest`): least computing time until the cloth lies still",
+        "cloth of {} particles on {} {kind} (study `rest`): least computing time \
+         until the cloth lies still",
         sizes.join(" or "),
         meant.len()
     );
